@@ -137,6 +137,16 @@ impl MotionPrecision {
         Self { start, warned }
     }
 
+    /// Spacing at the last warning \[m\].
+    pub fn warned(&self) -> f64 {
+        self.warned
+    }
+
+    /// Resumes after a warning at this spacing \[m\].
+    pub fn resume(&mut self, warned: f64) {
+        self.warned = warned;
+    }
+
     /// A warning for a step in which bodies have moved as far as `farthest` \[m\]. It is repeated
     /// when the spacing has grown tenfold.
     ///

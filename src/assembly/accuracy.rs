@@ -240,17 +240,6 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().map(|contact| contact.stiffening).collect()
     }
 
-    /// Restores the factors by which the contacts are stiffer than their laws.
-    pub fn recall_stiffenings(&mut self, stiffenings: &[f64]) {
-        let contacts = self.contacts.iter_mut().zip(stiffenings);
-        for (contact, factor) in contacts {
-            contact.stiffen(factor / contact.stiffening);
-            if let Some(compliance) = contact.law().normal.law().linear_compliance() {
-                contact.state.resume_multipliers(1.0 / compliance);
-            }
-        }
-    }
-
     /// Records the gaps at the last residual as those of the last accepted step.
     pub fn note_gaps(&mut self) {
         self.contacts.iter_mut().for_each(|contact| contact.state.note_gaps());

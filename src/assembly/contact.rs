@@ -217,7 +217,8 @@ impl<const D: usize> LocalContact<D> {
     /// Gathers the nearby facets of a deformable target at the current positions of the local nodes
     /// \[m\]. Collective.
     ///
-    /// `step` is the motion of the nodes as for [`ContactPair::is_stale`].
+    /// `step` is the motion of the nodes as for [`ContactPair::is_stale`]. The deepest vertex is
+    /// `below` the target \[m\].
     ///
     /// # Errors
     /// All ranks return the same error.
@@ -227,8 +228,9 @@ impl<const D: usize> LocalContact<D> {
         local: &LocalMesh<D>,
         positions: &[f64],
         step: impl Fn(u32) -> Vector<D>,
+        below: f64,
     ) -> Result<()> {
-        self.pair.gather(world, local, positions, step, &self.state)
+        self.pair.gather(world, local, positions, step, below)
     }
 
     /// Adds the contact forces.

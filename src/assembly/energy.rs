@@ -90,7 +90,7 @@ struct LoadStep {
     first: bool,
 }
 
-/// State of a ledger between steps, except for the [`EnergyLedger::drive`] of each rank.
+/// State of a ledger between steps, except for its [fields](EnergyLedger::fields).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balances {
     /// Energy at the start \[J\].
@@ -99,24 +99,57 @@ pub struct Balances {
     pub now: Energies,
     /// Bound on the error of the work \[J\].
     pub work_error: f64,
+    /// Length of the previous load step \[s\], the product of its changes \[J\], and whether it was
+    /// the first one. It is `None` in dynamics.
+    last: Option<(f64, f64, bool)>,
 }
 
 impl EnergyLedger {
-    /// Resumes a ledger from its saved balances and its `drive` \[N\]. The next reactions are
-    /// written to `reactions`.
-    pub fn resume(balances: Balances, drive: Vec<f64>, reactions: Vector) -> Self {
-        let Balances { at_start, now, work_error } = balances;
-        Self { drive, at_start, now, momentum: Momentum::default(), reactions, last: None, work_error }
+    /// Creates a ledger without any energy. The reactions are written to `reactions`.
+    pub fn empty(reactions: Vector) -> Self {
+        Self {
+            drive: vec![0.0; reactions.owned_len()],
+            at_start: 0.0,
+            now: Energies::default(),
+            momentum: Momentum::default(),
+            reactions,
+            last: None,
+            work_error: 0.0,
+        }
     }
 
-    /// Returns the state that is needed to resume.
+    /// Returns the numbers that are needed to resume.
     pub fn balances(&self) -> Balances {
-        Balances { at_start: self.at_start, now: self.now, work_error: self.work_error }
+        let last = self.last.as_ref().map(|last| (last.dt, last.area, last.first));
+        Balances { at_start: self.at_start, now: self.now, work_error: self.work_error, last }
     }
 
-    /// Discards the previous load step, which a checkpoint does not store.
-    pub fn forget(&mut self) {
-        self.last = None;
+    /// Returns the fields that are needed to resume, on owned unknowns.
+    pub fn fields(&self) -> Vec<(String, Vec<f64>)> {
+        let drive = ("drive".to_owned(), self.drive.clone());
+        let of_last = |last: &LoadStep| {
+            [("last_drive".to_owned(), last.drive.clone()), ("last_motion".to_owned(), last.motion.clone())]
+        };
+        std::iter::once(drive).chain(self.last.iter().flat_map(of_last)).collect()
+    }
+
+    /// Resumes from stored balances. `field` returns the stored field of this name.
+    ///
+    /// # Errors
+    /// A field is missing.
+    pub fn resume(&mut self, balances: Balances, field: impl Fn(&str) -> Result<Vec<f64>>) -> Result<()> {
+        let Balances { at_start, now, work_error, last } = balances;
+        self.at_start = at_start;
+        self.now = now;
+        self.work_error = work_error;
+        self.drive = field("drive")?;
+        self.last = match last {
+            Some((dt, area, first)) => {
+                Some(LoadStep { drive: field("last_drive")?, motion: field("last_motion")?, dt, area, first })
+            }
+            None => None,
+        };
+        Ok(())
     }
 
     /// Bound on the error of the work of loads and supports since the start \[J\]. A load step
@@ -140,8 +173,7 @@ impl EnergyLedger {
         stage: &mut Stage,
         reactions: Vector,
     ) -> Result<Self> {
-        let drive = vec![0.0; reactions.owned_len()];
-        let mut ledger = Self::resume(Balances::default(), drive, reactions);
+        let mut ledger = Self::empty(reactions);
         let [kinetic, strain, contact, ..] = ledger.step(system, stage, 0.0)?;
         ledger.now = Energies { kinetic, strain, contact, ..Energies::default() };
         ledger.at_start = ledger.now.total();

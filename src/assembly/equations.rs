@@ -1,5 +1,7 @@
 //! Implementation of the system's interfaces to solvers and integrators.
 
+use std::rc::Rc;
+
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
@@ -12,7 +14,8 @@ use crate::case::Units;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
     Augmentation, ContactCounts, ContactMonitor, Continuation, Equations, FloatingBodies, ForceChange,
-    Freeze, Lift, MultigridHints, OverStep, Residual, RigidMotion, Shortfall, Split, Stage, Staging,
+    Freeze, Lift, MatrixSource, MultigridHints, OverStep, Residual, Resumption, RigidMotion, Shortfall,
+    Split, Stage, Staging,
 };
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
@@ -50,7 +53,9 @@ impl<const D: usize> Equations for ContactSystem<D> {
     }
 
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
-        self.assemble(stage, terms, Target::Own, lift)
+        self.assemble(stage, terms, Target::Own, lift)?;
+        self.matrix_source = Some(self.source_at(stage, terms));
+        Ok(())
     }
 
     fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()> {
@@ -82,6 +87,20 @@ impl<const D: usize> Equations for ContactSystem<D> {
 
     fn extent(&self) -> f64 {
         self.extent
+    }
+}
+
+impl<const D: usize> Resumption for ContactSystem<D> {
+    fn matrix_source(&self) -> Option<Rc<MatrixSource>> {
+        self.matrix_source.clone()
+    }
+
+    fn source_at(&self, stage: &Stage, terms: Terms) -> Rc<MatrixSource> {
+        Rc::new(self.source_of(stage, terms))
+    }
+
+    fn assemble_again(&mut self, source: &Rc<MatrixSource>) -> Result<Stage> {
+        self.assemble_source(source)
     }
 }
 

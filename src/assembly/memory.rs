@@ -1,138 +1,393 @@
-//! State that the next step needs from the last one, written to and read from the tables of a
-//! checkpoint.
+//! State of the system that outlives a step, in the form in which a checkpoint stores it.
 //!
 //! Rows are keyed by the nodes' numbers in the input mesh. Contact points are vertices, which are
 //! at nodes.
 
+use std::rc::Rc;
+
+use mpi::traits::CommunicatorCollectives;
+use serde::{Deserialize, Serialize};
+
 use super::contact::LocalContact;
+use super::stages::Target;
 use super::system::ContactSystem;
 use crate::checkpoint::StoredTable;
-use crate::contact::evaluation::ContactFields;
+use crate::contact::friction::Regularization;
 use crate::contact::history::History;
-use crate::dynamics::Stage;
+use crate::contact::state::{Branches, ContactState};
+use crate::dynamics::{
+    ChangedLaw, ContactSource, MatrixSource, OverStep, SearchSource, Sources, Stage, StageSettings,
+};
 use crate::error::{Error, Result};
+use crate::petsc::Vector;
+use crate::terms::Terms;
 
 /// Number of nodes that are written at a time.
 const NODES: u64 = 1 << 16;
-/// Columns of a contact point that precede those of its history.
-const OWN: [&str; 1] = ["gap"];
-const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
+
+/// Fields of the nodes with their names and with as many components as dimensions, or one.
+pub type NamedFields = Vec<(String, Vec<f64>)>;
+
+/// State of the system, except for its fields. The numbers are those of [`Sources`].
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SystemState {
+    laws: Vec<ChangedLaw>,
+    matrix: Option<usize>,
+    search: Option<usize>,
+    pattern: Option<usize>,
+}
+
+/// What a checkpoint stores of [`Sources`] besides fields.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct StoredSources {
+    matrices: Vec<StoredMatrix>,
+    searches: Vec<StoredSearch>,
+    marks: usize,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct StoredMatrix {
+    terms: u16,
+    settings: StageSettings,
+    laws: Vec<ChangedLaw>,
+    search: Option<usize>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct StoredSearch {
+    undeformed: bool,
+    over_step: OverStep,
+    ahead: bool,
+    /// Depths of each rank, as bits because they may be infinite.
+    below: Vec<Vec<u64>>,
+}
+
+/// The tables of a checkpoint on this rank: that of the nodes, then those of the contacts.
+pub struct StoredState {
+    tables: Vec<StoredTable>,
+    dimension: usize,
+}
+
+impl StoredState {
+    /// A field of the nodes.
+    ///
+    /// # Errors
+    /// The checkpoint does not have it.
+    pub fn field(&self, name: &str) -> Result<Vec<f64>> {
+        self.node_block(&axes(name, self.dimension))
+    }
+
+    /// Fills a vector with a field of the nodes. Collective.
+    ///
+    /// # Errors
+    /// The checkpoint does not have it, or a PETSc call fails.
+    pub fn fill(&self, name: &str, vector: &mut Vector) -> Result<()> {
+        let field = self.field(name)?;
+        vector.owned_mut().copy_from_slice(&field);
+        vector.update_ghosts()
+    }
+
+    /// The tables, to be read.
+    pub fn tables_mut(&mut self) -> &mut [StoredTable] {
+        &mut self.tables
+    }
+
+    fn node_block(&self, columns: &[String]) -> Result<Vec<f64>> {
+        let nodes = self.tables.first().ok_or_else(|| Error::internal("a checkpoint without nodes"))?;
+        nodes.block(columns)
+    }
+
+    fn contact_block(&self, contact: usize, columns: &[String]) -> Result<Vec<f64>> {
+        let points = self.tables.get(1 + contact);
+        points.ok_or_else(|| Error::internal("a checkpoint without a contact"))?.block(columns)
+    }
+}
+
+impl<const D: usize> LocalContact<D> {
+    fn changed_law(&self) -> ChangedLaw {
+        let regularization = self.law().friction.map(|friction| friction.regularization.numbered());
+        ChangedLaw { stiffening: self.stiffening, regularization }
+    }
+
+    fn change_law(&mut self, law: &ChangedLaw) {
+        self.stiffen(law.stiffening / self.stiffening);
+        let regularization =
+            law.regularization.and_then(|(number, parameter)| Regularization::from_number(number, parameter));
+        if let (Some(friction), Some(regularization)) = (&mut self.law_mut().friction, regularization) {
+            friction.regularization = regularization;
+        }
+    }
+}
 
 impl<const D: usize> ContactSystem<D> {
-    /// Writes the accepted state in `stage` with the ledger's `drive` \[N\] and the history of the
-    /// contact points that this rank reports.
-    pub fn memory(&self, stage: &Stage, drive: &[f64]) -> Vec<StoredTable> {
-        let mut tables = vec![self.node_table()];
-        let start = &stage.start;
-        let fields = [start.u.owned(), start.v.owned(), start.a.owned(), stage.start_forces.owned()];
-        for (node, row) in tables[0].rows_mut().enumerate() {
-            // Without inertia, accelerations are zero.
-            let of = |field: &[f64], i: usize| field.get(node * D + i).copied().unwrap_or(0.0);
-            let all = fields.iter().flat_map(|field| (0..D).map(move |i| of(field, i)));
-            let values = all.chain(drive[node * D..(node + 1) * D].iter().copied());
-            row.iter_mut().zip(values).for_each(|(word, value)| *word = value.to_bits());
+    /// State of the system, except for its fields.
+    pub fn state(&self, sources: &mut Sources) -> SystemState {
+        SystemState {
+            laws: self.contacts.iter().map(LocalContact::changed_law).collect(),
+            matrix: self.matrix_source.as_ref().map(|source| sources.matrix(source)),
+            search: self.search.as_ref().map(|source| sources.search(source)),
+            pattern: self.pattern_search.as_ref().map(|source| sources.search(source)),
         }
-        tables.extend(self.contacts.iter().map(|contact| self.filled(contact)));
+    }
+
+    /// Tables of these fields, of the sources, and of the history of the contact points that this
+    /// rank reports.
+    pub fn tables(&self, fields: NamedFields, sources: &Sources) -> Vec<StoredTable> {
+        let nodes = self.local.index.owned;
+        let mut blocks: Vec<(Vec<String>, Vec<f64>)> = Vec::new();
+        let mut add = |name: &str, field: Vec<f64>| blocks.push((axes(name, D), field));
+        fields.into_iter().for_each(|(name, field)| add(&name, field));
+        for (k, source) in sources.matrices.iter().enumerate() {
+            add(&of_matrix(k, "u"), source.u.clone());
+            add(&of_matrix(k, "v"), source.v.clone());
+            add(&of_matrix(k, "u_start"), source.u_start.clone());
+        }
+        for (k, source) in sources.searches.iter().enumerate().filter(|(_, search)| !search.undeformed) {
+            add(&of_search(k, "u"), source.u.clone());
+            if source.over_step == OverStep::Middle {
+                add(&of_search(k, "u_start"), source.u_start.clone());
+            }
+        }
+        for (k, marks) in sources.marks.iter().enumerate() {
+            let mut field: Vec<f64> = marks.iter().map(|mark| f64::from(u8::from(*mark))).collect();
+            field.resize(nodes, 0.0);
+            blocks.push((vec![of_marks(k)], field));
+        }
+        let mut tables = vec![StoredTable::of_blocks("nodes", self.node_keys(), NODES, &blocks)];
+        for (number, contact) in self.contacts.iter().enumerate() {
+            let mut columns = Vec::new();
+            contact.state.history.iter().for_each(|history| history.columns(&mut columns));
+            let mut blocks = vec![(History::<D>::names(), columns)];
+            for (k, source) in sources.matrices.iter().enumerate() {
+                blocks.push((point_names::<D>(k), source.contacts[number].points.clone()));
+            }
+            let keys = self.point_keys(contact);
+            tables.push(StoredTable::of_blocks(&table_of(contact), keys, NODES, &blocks));
+        }
         tables
     }
 
-    /// Creates empty tables of all data that this rank has to read.
-    pub fn wanted(&self) -> Vec<StoredTable> {
-        let points = self.contacts.iter().map(|contact| self.point_table(contact));
-        std::iter::once(self.node_table()).chain(points).collect()
+    /// What a checkpoint stores of these sources besides fields. Collective.
+    pub fn stored_sources(&self, sources: &Sources) -> StoredSources {
+        let matrix = |source: &Rc<MatrixSource>| StoredMatrix {
+            terms: source.terms.bits(),
+            settings: source.settings,
+            laws: source.contacts.iter().map(|contact| contact.law).collect(),
+            search: source
+                .search
+                .as_ref()
+                .and_then(|search| sources.searches.iter().position(|known| known.is(search))),
+        };
+        let world = self.session.world();
+        let search = |source: &Rc<SearchSource>| {
+            let own: Vec<u64> = source.below.iter().map(|below| below.to_bits()).collect();
+            let mut all = vec![0; own.len() * self.session.size() as usize];
+            world.all_gather_into(&own[..], &mut all[..]);
+            let below = all.chunks(own.len().max(1)).map(<[u64]>::to_vec).collect();
+            StoredSearch {
+                undeformed: source.undeformed,
+                over_step: source.over_step,
+                ahead: source.ahead,
+                below,
+            }
+        };
+        StoredSources {
+            matrices: sources.matrices.iter().map(matrix).collect(),
+            searches: sources.searches.iter().map(search).collect(),
+            marks: sources.marks.len(),
+        }
     }
 
-    /// Restores the tables of [`memory`](Self::memory) and returns the ledger's drive \[N\]. Call
-    /// [`forget`](Self::forget) afterwards. Collective.
+    /// Creates empty tables for the sections of a checkpoint, given by names and columns.
     ///
     /// # Errors
-    /// If a PETSc call fails, or the tables are not those of [`wanted`](Self::wanted).
-    pub fn restore(&mut self, stage: &mut Stage, tables: &[StoredTable]) -> Result<Vec<f64>> {
-        let Some((nodes, points)) = tables.split_first() else {
-            return Err(Error::internal("the checkpoint has no nodes"));
-        };
-        let mut drive = vec![0.0; self.local.index.owned * D];
-        {
-            let start = &mut stage.start;
-            let (mut u, mut v, mut a) = (start.u.owned_mut(), start.v.owned_mut(), start.a.owned_mut());
-            let mut forces = stage.start_forces.owned_mut();
-            let mut fields: [&mut [f64]; 5] = [&mut u, &mut v, &mut a, &mut forces, &mut drive];
-            for (node, row) in nodes.rows().enumerate() {
-                for (field, words) in fields.iter_mut().zip(row.chunks_exact(D)) {
-                    let values = field.iter_mut().skip(node * D).take(D);
-                    values.zip(words).for_each(|(value, word)| *value = f64::from_bits(*word));
-                }
-            }
+    /// The checkpoint has other sections than the nodes and the contacts.
+    pub fn wanted<'a>(&self, sections: impl Iterator<Item = (&'a str, &'a [String])>) -> Result<StoredState> {
+        let mut keys = vec![("nodes".to_owned(), self.node_keys())];
+        keys.extend(self.contacts.iter().map(|contact| (table_of(contact), self.point_keys(contact))));
+        let sections: Vec<_> = sections.collect();
+        let known = keys.iter().map(|(name, _)| name.as_str());
+        if !known.eq(sections.iter().map(|(name, _)| *name)) {
+            return Err(Error::file("a checkpoint with other tables than the case has"));
         }
-        stage.start.u.update_ghosts()?;
-        stage.start.v.update_ghosts()?;
-        stage.start.a.update_ghosts()?;
-        for (contact, table) in self.contacts.iter_mut().zip(points) {
-            recall(contact, table)?;
+        let mut tables = Vec::with_capacity(keys.len());
+        for ((name, keys), (_, columns)) in keys.into_iter().zip(&sections) {
+            tables.push(StoredTable::keyed(&name, columns.to_vec(), keys, NODES));
         }
-        Ok(drive)
+        Ok(StoredState { tables, dimension: D })
     }
 
-    /// Discards all data that a run resumed from a checkpoint of this state cannot have.
-    /// Collective.
+    /// The sources in these tables.
     ///
-    /// Contacts search again, and the pattern of the matrix contains the current neighbours.
-    /// `stage` is at the start of a step.
+    /// # Errors
+    /// A column is missing.
+    pub fn sources(&self, stored: &StoredSources, tables: &StoredState) -> Result<Sources> {
+        let rank = self.session.rank() as usize;
+        let mut sources = Sources::default();
+        for (k, search) in stored.searches.iter().enumerate() {
+            let field = |name| tables.field(&of_search(k, name));
+            let over = search.over_step == OverStep::Middle;
+            sources.searches.push(Rc::new(SearchSource {
+                undeformed: search.undeformed,
+                over_step: search.over_step,
+                ahead: search.ahead,
+                u: if search.undeformed { Vec::new() } else { field("u")? },
+                u_start: if over && !search.undeformed { field("u_start")? } else { Vec::new() },
+                below: depths(&search.below, rank, self.session.size() as usize),
+            }));
+        }
+        for (k, matrix) in stored.matrices.iter().enumerate() {
+            let field = |name| tables.field(&of_matrix(k, name));
+            let points = |contact| tables.contact_block(contact, &point_names::<D>(k));
+            let contact = |(number, law): (usize, &ChangedLaw)| {
+                points(number).map(|points| ContactSource { law: *law, points })
+            };
+            sources.matrices.push(Rc::new(MatrixSource {
+                terms: Terms::from_bits_truncate(matrix.terms),
+                settings: matrix.settings,
+                u: field("u")?,
+                v: field("v")?,
+                u_start: field("u_start")?,
+                contacts: matrix.laws.iter().enumerate().map(contact).collect::<Result<_>>()?,
+                search: matrix.search.and_then(|number| sources.searches.get(number).cloned()),
+            }));
+        }
+        for k in 0..stored.marks {
+            let marks = tables.node_block(&[of_marks(k)])?;
+            sources.marks.push(marks.iter().map(|mark| *mark > 0.0).collect());
+        }
+        Ok(sources)
+    }
+
+    /// Restores the pattern of the matrix. Call it before any matrix is assembled. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.
-    pub fn forget(&mut self, stage: &mut Stage) -> Result<()> {
-        stage.trial.copy_from(&stage.start)?;
-        self.contacts.iter_mut().for_each(LocalContact::begin_step);
-        if self.interface.is_none() {
-            return Ok(());
-        }
-        let (u, v) = (stage.start.u.local(), stage.start.v.local());
-        self.renew_all(&ContactFields { u: &u, v: &v, u_start: &u })
+    pub fn resume_pattern(&mut self, state: &SystemState, sources: &Sources) -> Result<()> {
+        let pattern = state.pattern.and_then(|number| sources.searches.get(number));
+        pattern.map_or(Ok(()), |source| self.rebuild_pattern(source))
     }
 
-    fn node_table(&self) -> StoredTable {
-        let names = FIELDS.iter().flat_map(|field| axes::<D>(field)).collect();
+    /// Restores matrix, search, laws and contact points of the last accepted step. Call it after
+    /// all other matrices have been assembled. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails, or the tables are incomplete.
+    pub fn resume(&mut self, state: &SystemState, sources: &Sources, tables: &StoredState) -> Result<()> {
+        if let Some(source) = state.matrix.and_then(|number| sources.matrices.get(number)) {
+            self.assemble_source(source)?;
+        }
+        if let Some(source) = state.search.and_then(|number| sources.searches.get(number)) {
+            self.search_again(source)?;
+        }
+        let names = History::<D>::names();
+        for (number, (contact, law)) in self.contacts.iter_mut().zip(&state.laws).enumerate() {
+            let columns = tables.contact_block(number, &names)?;
+            for (p, point) in columns.chunks_exact(names.len()).enumerate() {
+                let history = History::from_columns(point);
+                let history = history.ok_or_else(|| Error::internal("a checkpoint with short rows"))?;
+                contact.state.resume(p, history);
+            }
+            contact.change_law(law);
+            if let Some(compliance) = contact.law().normal.law().linear_compliance() {
+                contact.state.resume_multipliers(1.0 / compliance);
+            }
+            contact.state.note_gaps();
+        }
+        Ok(())
+    }
+
+    /// Source of a matrix of these `terms` at the trial state.
+    pub(super) fn source_of(&self, stage: &Stage, terms: Terms) -> MatrixSource {
+        let contact = |contact: &LocalContact<D>| ContactSource {
+            law: contact.changed_law(),
+            points: contact.state.evaluated_from(),
+        };
+        MatrixSource {
+            terms,
+            settings: StageSettings::of(stage, self.continuation, self.split),
+            u: stage.trial.u.owned().to_vec(),
+            v: stage.trial.v.owned().to_vec(),
+            u_start: stage.start.u.owned().to_vec(),
+            contacts: self.contacts.iter().map(contact).collect(),
+            search: self.search.clone(),
+        }
+    }
+
+    /// Assembles the matrix again from its source, and returns the stage at which it was assembled.
+    /// The equations stay those of the source.
+    pub(super) fn assemble_source(&mut self, source: &Rc<MatrixSource>) -> Result<Stage> {
+        if let Some(search) = &source.search {
+            self.search_again(search)?;
+        }
+        for (contact, source) in self.contacts.iter_mut().zip(&source.contacts) {
+            contact.change_law(&source.law);
+            if !contact.state.evaluate_from(&source.points) {
+                return Err(Error::internal("a checkpoint that does not fit the points of a contact"));
+            }
+        }
+        let mut stage = Stage::new(self.pattern_vector(), self.is_dynamic())?;
+        source.settings.apply_to(&mut stage);
+        self.continuation = source.settings.continuation;
+        self.split = source.settings.split;
+        let fields = [
+            (&mut stage.trial.u, &source.u),
+            (&mut stage.trial.v, &source.v),
+            (&mut stage.start.u, &source.u_start),
+        ];
+        for (field, values) in fields {
+            field.owned_mut().copy_from_slice(values);
+            field.update_ghosts()?;
+        }
+        // The assembly reads what the evaluation of the forces brings and finds.
+        self.sweep(&stage, Branches::Actual);
+        self.assemble(&stage, source.terms, Target::Own, None)?;
+        self.matrix_source = Some(Rc::clone(source));
+        Ok(stage)
+    }
+
+    fn node_keys(&self) -> Vec<u64> {
         let nodes = self.local.input_node[..self.local.index.owned].iter();
-        StoredTable::keyed("nodes", names, nodes.map(|&node| u64::from(node)).collect(), NODES)
+        nodes.map(|&node| u64::from(node)).collect()
     }
 
-    fn point_table(&self, contact: &LocalContact<D>) -> StoredTable {
-        let names = OWN.iter().map(|name| (*name).to_owned()).chain(History::<D>::names()).collect();
+    fn point_keys(&self, contact: &LocalContact<D>) -> Vec<u64> {
         let key = |&node: &u32| u64::from(self.local.input_node[node as usize]);
-        let keys = contact.vertices().iter().map(key).collect();
-        StoredTable::keyed(&format!("contact {}", contact.name), names, keys, NODES)
-    }
-
-    fn filled(&self, contact: &LocalContact<D>) -> StoredTable {
-        let mut table = self.point_table(contact);
-        let mut columns = Vec::new();
-        for (point, row) in table.rows_mut().enumerate() {
-            columns.clear();
-            contact.state.history[point].columns(&mut columns);
-            row[0] = contact.state.current[point].gap.to_bits();
-            row[OWN.len()..].iter_mut().zip(&columns).for_each(|(word, value)| *word = value.to_bits());
-        }
-        table
+        contact.vertices().iter().map(key).collect()
     }
 }
 
-/// Restores the history of the points of a contact from a table that contains all of them in their
-/// order.
-fn recall<const D: usize>(contact: &mut LocalContact<D>, table: &StoredTable) -> Result<()> {
-    if table.keys.len() != contact.state.history.len() {
-        return Err(Error::internal("the checkpoint does not fit the points of a contact"));
+/// Depths of the contacts on a rank. On another number of ranks they are the largest ones.
+fn depths(of_ranks: &[Vec<u64>], rank: usize, ranks: usize) -> Vec<f64> {
+    let value = |bits: &u64| f64::from_bits(*bits);
+    if of_ranks.len() == ranks {
+        return of_ranks[rank].iter().map(value).collect();
     }
-    for (point, row) in table.rows().enumerate() {
-        let values: Vec<f64> = row.iter().map(|word| f64::from_bits(*word)).collect();
-        let history = values.get(OWN.len()..).and_then(History::from_columns);
-        contact.state.history[point] =
-            history.ok_or_else(|| Error::internal("the checkpoint has truncated rows"))?;
-        contact.state.current[point].gap = values[0];
-    }
-    Ok(())
+    let contacts = of_ranks.first().map_or(0, Vec::len);
+    let deepest = |contact: usize| of_ranks.iter().map(|own| value(&own[contact])).fold(0.0, f64::max);
+    (0..contacts).map(deepest).collect()
 }
 
-fn axes<const D: usize>(field: &'static str) -> impl Iterator<Item = String> {
-    ["x", "y", "z"].iter().take(D).map(move |axis| format!("{field}_{axis}"))
+fn table_of<const D: usize>(contact: &LocalContact<D>) -> String {
+    format!("contact {}", contact.name)
+}
+
+fn point_names<const D: usize>(number: usize) -> Vec<String> {
+    ContactState::<D>::evaluation_names().iter().map(|name| of_matrix(number, name)).collect()
+}
+
+fn of_matrix(number: usize, name: &str) -> String {
+    format!("matrix {number} {name}")
+}
+
+fn of_search(number: usize, name: &str) -> String {
+    format!("search {number} {name}")
+}
+
+fn of_marks(number: usize) -> String {
+    format!("marks {number}")
+}
+
+fn axes(name: &str, dimension: usize) -> Vec<String> {
+    ["x", "y", "z"].iter().take(dimension).map(|axis| format!("{name}_{axis}")).collect()
 }

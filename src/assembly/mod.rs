@@ -47,6 +47,7 @@ pub use energy::{Balances, Energies, EnergyLedger, Momentum, SavedLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use holding::Holding;
 pub use initial_velocity::set_velocity;
+pub use memory::{NamedFields, StoredSources, StoredState, SystemState};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};
 pub use solid::SolidElements;
 pub use soundness::unsound_state;

@@ -208,8 +208,16 @@ impl<const D: usize> ContactPair<D> {
         if self.contact.target.obstacle().is_some() { f64::MAX } else { OPEN * self.radii.facet }
     }
 
-    /// Gathers the nearby target facets at the current positions of the local nodes \[m\].
-    /// Collective.
+    /// Depth of the deepest vertex \[m\], as far as it is known and limited.
+    pub fn depth_of(&self, state: &ContactState<D>) -> f64 {
+        match self.gather {
+            Some(_) => state.depth().min(self.radii.depth),
+            None => self.radii.depth,
+        }
+    }
+
+    /// Gathers the nearby target facets at the current positions of the local nodes \[m\], when the
+    /// deepest vertex is `below` the target \[m\]. Collective.
     ///
     /// # Errors
     /// All ranks return the same error.
@@ -219,15 +227,12 @@ impl<const D: usize> ContactPair<D> {
         local: &LocalMesh<D>,
         positions: &[f64],
         step: impl Fn(u32) -> Point<D>,
-        state: &ContactState<D>,
+        below: f64,
     ) -> Result<()> {
         if self.contact.target.obstacle().is_some() {
             return Ok(());
         }
-        self.below = match self.gather {
-            Some(_) => state.depth().min(self.radii.depth),
-            None => self.radii.depth,
-        };
+        self.below = below;
         self.swing = Swing::of(world, &self.nodes, step);
         let reach = self.radii.reach(self.below, self.swing.relative());
         self.gather = Some(TargetGather::new(world, &self.surfaces(local), positions, reach)?);

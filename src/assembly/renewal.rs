@@ -12,19 +12,10 @@ use super::mass::{MassMatrix, Supported};
 use super::pair::CandidateHorizon;
 use super::system::ContactSystem;
 use crate::contact::evaluation::ContactFields;
-use crate::dynamics::{OverStep, Stage};
+use crate::dynamics::{OverStep, SearchSource, Stage};
 use crate::error::Result;
 use crate::petsc::{BlockPattern, Matrix};
 use crate::tensor::Vector;
-
-/// Starting point of a new search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Known {
-    /// The current pattern, which may be sufficient.
-    Pattern,
-    /// No existing pattern.
-    Nothing,
-}
 
 impl<const D: usize> ContactSystem<D> {
     /// Whether a contact of this rank has to search again.
@@ -39,60 +30,116 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().any(|contact| contact.pair.is_stale(position, &step))
     }
 
+    /// Notes that the present search is the one of the undeformed bodies, which every run makes.
+    pub(super) fn note_undeformed(&mut self) {
+        let Some(search) = self.search.take() else { return };
+        let (u, u_start) = (Vec::new(), Vec::new());
+        let undeformed = Rc::new(SearchSource { undeformed: true, u, u_start, ..(*search).clone() });
+        self.pattern_search = self.pattern_search.take().map(|_| Rc::clone(&undeformed));
+        self.search = Some(undeformed);
+    }
+
+    /// Searches again as at this source. Collective.
+    ///
+    /// # Errors
+    /// As for [`renew`](Self::renew).
+    pub(super) fn search_again(&mut self, source: &Rc<SearchSource>) -> Result<()> {
+        if self.search.as_ref().is_some_and(|search| search.is(source)) {
+            return Ok(());
+        }
+        let (u, u_start) = (self.spread(&source.u)?, self.spread(&source.u_start)?);
+        let horizon = if source.ahead { CandidateHorizon::Ahead } else { CandidateHorizon::Now };
+        let fields = ContactFields { u: &u, v: &u, u_start: &u_start };
+        let mut interface = self.gather(&fields, source.over_step, &source.below)?;
+        self.find_couplings(&mut interface, horizon)?;
+        self.locate(interface);
+        self.search = Some(Rc::clone(source));
+        Ok(())
+    }
+
+    /// Rebuilds the pattern of the matrix as at this source. Collective.
+    ///
+    /// # Errors
+    /// As for [`renew`](Self::renew).
+    pub(super) fn rebuild_pattern(&mut self, source: &Rc<SearchSource>) -> Result<()> {
+        if self.pattern_search.as_ref().is_some_and(|search| search.is(source)) {
+            return Ok(());
+        }
+        self.search_again(source)?;
+        if let Some(mut interface) = self.interface.take() {
+            self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
+            let places = self.contacts.iter_mut().map(|contact| &mut contact.pair.couplings);
+            interface.locate(&self.local.index, self.matrix.pattern(), places);
+            self.interface = Some(interface);
+        }
+        self.pattern_search = Some(Rc::clone(source));
+        Ok(())
+    }
+
+    /// Field of all local nodes with these values of the owned unknowns, or zero. Collective.
+    fn spread(&self, owned: &[f64]) -> Result<Vec<f64>> {
+        let mut field = self.forces.like()?;
+        field.owned_mut().iter_mut().zip(owned).for_each(|(entry, value)| *entry = *value);
+        field.update_ghosts()?;
+        let all = field.local().to_vec();
+        Ok(all)
+    }
+
     /// Gathers target facets at these fields and finds the couplings. The pattern is extended if it
     /// lacks one. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails, the same on all ranks.
     pub(super) fn renew(&mut self, fields: &ContactFields, over_step: OverStep) -> Result<()> {
-        self.look_around(fields, over_step, Known::Pattern)
-    }
-
-    /// Gathers target facets at these fields and rebuilds the pattern from the current couplings,
-    /// independent of earlier ones. Collective.
-    ///
-    /// # Errors
-    /// As for [`renew`](Self::renew).
-    pub(super) fn renew_all(&mut self, fields: &ContactFields) -> Result<()> {
-        self.look_around(fields, OverStep::No, Known::Nothing)?;
-        self.contacts.iter_mut().for_each(LocalContact::begin_step);
+        let _running = self.phases.search.begin();
+        let below: Vec<f64> =
+            self.contacts.iter().map(|contact| contact.pair.depth_of(&contact.state)).collect();
+        let mut interface = self.gather(fields, over_step, &below)?;
+        self.find_couplings(&mut interface, CandidateHorizon::Now)?;
+        let ahead = !self.pattern_holds(&interface);
+        if ahead {
+            self.find_couplings(&mut interface, CandidateHorizon::Ahead)?;
+            self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
+        }
+        self.locate(interface);
+        let owned = |field: &[f64]| field[..self.local.index.owned * D].to_vec();
+        let u_start = if over_step == OverStep::Middle { owned(fields.u_start) } else { Vec::new() };
+        let u = owned(fields.u);
+        let search = Rc::new(SearchSource { undeformed: false, over_step, u, u_start, below, ahead });
+        if ahead {
+            self.pattern_search = Some(Rc::clone(&search));
+        }
+        self.search = Some(search);
         Ok(())
     }
 
-    fn look_around(&mut self, fields: &ContactFields, over_step: OverStep, known: Known) -> Result<()> {
-        let _running = self.phases.search.begin();
+    /// Gathers the target facets of all contacts at these fields. Collective.
+    fn gather(&mut self, fields: &ContactFields, over_step: OverStep, below: &[f64]) -> Result<Interface<D>> {
         let session = self.session.clone();
         let world = session.world();
         let points = self.local.mesh.points.as_flattened();
         let positions: Vec<f64> = points.iter().zip(fields.u).map(|(x, u)| x + u).collect();
-        for contact in &mut self.contacts {
-            contact.gather(
-                world,
-                &self.local,
-                &positions,
-                half_step([fields.u, fields.u_start], over_step),
-            )?;
+        for (contact, below) in self.contacts.iter_mut().zip(below) {
+            let step = half_step([fields.u, fields.u_start], over_step);
+            contact.gather(world, &self.local, &positions, step, *below)?;
         }
         let mut interface = self.meet()?;
         interface.bring(world, fields);
+        Ok(interface)
+    }
+
+    /// Finds the couplings of all contacts up to this horizon. Collective.
+    fn find_couplings(&mut self, interface: &mut Interface<D>, horizon: CandidateHorizon) -> Result<()> {
         let u = interface.fields().u.to_vec();
-        if known == Known::Pattern {
-            self.contacts
-                .iter_mut()
-                .for_each(|contact| contact.pair.find_couplings(&u, CandidateHorizon::Now));
-            interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
-        }
-        if known == Known::Nothing || !self.pattern_holds(&interface) {
-            self.contacts
-                .iter_mut()
-                .for_each(|contact| contact.pair.find_couplings(&u, CandidateHorizon::Ahead));
-            interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
-            self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
-        }
+        self.contacts.iter_mut().for_each(|contact| contact.pair.find_couplings(&u, horizon));
+        interface.agree_on(self.session.world(), &self.local.index, couplings(&self.contacts))
+    }
+
+    /// Finds the positions of all couplings in the pattern of the matrix.
+    fn locate(&mut self, mut interface: Interface<D>) {
         let places = self.contacts.iter_mut().map(|contact| &mut contact.pair.couplings);
         interface.locate(&self.local.index, self.matrix.pattern(), places);
         self.interface = Some(interface);
-        Ok(())
     }
 
     /// Creates a common numbering of the foreign nodes of all contacts. Collective.
@@ -141,6 +188,7 @@ impl<const D: usize> ContactSystem<D> {
             )?);
         }
         self.matrix = Matrix::new(&self.session, &pattern, self.matrix.format())?;
+        self.matrix_source = None;
         if self.has_modes { self.set_rigid_body_modes() } else { Ok(()) }
     }
 }

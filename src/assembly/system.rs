@@ -25,7 +25,7 @@ use crate::case::Units;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
 use crate::contact::state::{Changes, Hold};
-use crate::dynamics::{Continuation, OverStep, Split, Stage};
+use crate::dynamics::{Continuation, MatrixSource, OverStep, SearchSource, Split, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::model::Model;
@@ -75,6 +75,12 @@ pub struct ContactSystem<const D: usize> {
     /// Whether the matrix has the rigid-body modes.
     pub(super) has_modes: bool,
     pub(super) matrix: Matrix,
+    /// Source of the matrix; `None` before the first assembly.
+    pub(super) matrix_source: Option<Rc<MatrixSource>>,
+    /// Source of the last search of the contacts.
+    pub(super) search: Option<Rc<SearchSource>>,
+    /// Source of the search from which the pattern of the matrix was built.
+    pub(super) pattern_search: Option<Rc<SearchSource>>,
     pub(super) work: Vector,
     /// How the equations differ from those of the scene at present.
     pub(super) continuation: Continuation,
@@ -169,6 +175,9 @@ impl<const D: usize> ContactSystem<D> {
             interface: None,
             has_modes: false,
             matrix: Matrix::new(session, &pattern, options.format)?,
+            matrix_source: None,
+            search: None,
+            pattern_search: None,
             inertia: forces.like_if(options.inertia)?,
             work: forces.like()?,
             forces,
@@ -206,6 +215,7 @@ impl<const D: usize> ContactSystem<D> {
     fn meet_undeformed(&mut self, model: &Model<D>) -> Result<()> {
         let zero = vec![0.0; self.local.mesh.points.len() * D];
         self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero }, OverStep::No)?;
+        self.note_undeformed();
         let session = self.session.clone();
         let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
         let mut force = vec![0.0; self.local.index.owned * D];

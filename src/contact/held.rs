@@ -40,6 +40,11 @@ impl<const D: usize> Default for FrozenTractions<D> {
 }
 
 impl<const D: usize> FrozenTractions<D> {
+    /// Tractions that were never updated.
+    pub fn held(normal_traction: f64, bound: f64, friction_traction: Vector<D>) -> Self {
+        Self { normal_traction, bound, friction_traction, before: (bound, friction_traction) }
+    }
+
     /// The held tractions after this update, from the state and the history of a point.
     pub fn kept(&self, keep: Keep, point: &PointState<D>, history: &History<D>) -> Self {
         match keep {

@@ -262,6 +262,60 @@ impl<const D: usize> ContactState<D> {
         self.begin();
     }
 
+    /// Names of the numbers of a point that its evaluation reads, in the order of
+    /// [`evaluated_from`](Self::evaluated_from).
+    pub fn evaluation_names() -> Vec<String> {
+        let own = ["offset", "flipped", "fresh", "held_pressure", "held_bound"].map(str::to_owned);
+        let held = ["x", "y", "z"].iter().take(D).map(|axis| format!("held_friction_{axis}"));
+        History::<D>::names().into_iter().chain(own).chain(held).collect()
+    }
+
+    /// What the evaluation of all points reads, point by point.
+    pub fn evaluated_from(&self) -> Vec<f64> {
+        let mut all = Vec::new();
+        for (p, (history, track)) in self.history.iter().zip(&self.track).enumerate() {
+            let held = self.held.get(p).copied().unwrap_or_default();
+            let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
+            let fresh = track.statuses[1].is_none();
+            history.columns(&mut all);
+            all.extend([offset, f64::from(u8::from(track.flipped)), f64::from(u8::from(fresh))]);
+            all.extend([held.normal_traction, held.bound]);
+            all.extend(held.friction_traction.iter());
+        }
+        all
+    }
+
+    /// Restores what [`evaluated_from`](Self::evaluated_from) returned. Returns `false` if the
+    /// number of points differs.
+    pub fn evaluate_from(&mut self, points: &[f64]) -> bool {
+        let width = Self::evaluation_names().len();
+        if points.len() != width * self.history.len() {
+            return false;
+        }
+        self.held.resize(self.history.len(), FrozenTractions::default());
+        for (p, point) in points.chunks_exact(width).enumerate() {
+            let (history, own) = point.split_at(History::<D>::names().len());
+            let Some(history) = History::from_columns(history) else { return false };
+            self.history[p] = history;
+            if let Some(offset) = self.multipliers.offsets.get_mut(p) {
+                *offset = own[0];
+            }
+            let open = Status::Open;
+            let statuses = [Some(open), (own[2] == 0.0).then_some(open)];
+            self.track[p] = Track { statuses, flipped: own[1] != 0.0, ..Track::default() };
+            self.held[p] = FrozenTractions::held(own[3], own[4], Vector::from_column_slice(&own[5..]));
+        }
+        true
+    }
+
+    /// Restores the history of a point. The point begins the next step where it ended the last one.
+    pub fn resume(&mut self, p: usize, history: History<D>) {
+        let History { gap, bound, friction_traction, normal, .. } = history;
+        self.current[p] = PointState { gap, bound, friction_traction, normal, ..PointState::default() };
+        self.history[p] = history;
+        self.track[p] = Track::default();
+    }
+
     /// Evaluation options of point `p`.
     pub fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
         let held = self.held.get(p).copied().unwrap_or_default();
@@ -364,6 +418,35 @@ mod tests {
         assert_ne!(state, saved);
         state.clone_from(&saved);
         assert_eq!(state, saved);
+    }
+
+    /// A point is evaluated in the same way after its state was stored and restored.
+    #[test]
+    fn what_an_evaluation_reads_comes_back() {
+        let mut state = ContactState::<2>::new(2);
+        state.augment(crate::contact::multipliers::Augmentation::Carried);
+        state.current = vec![slipping(1.0), PointState { bound: 2.0, normal_traction: 3.0, ..slipping(0.5) }];
+        state.accept(1e-3);
+        state.freeze(Keep::LastStep);
+        state.freeze(Keep::Pressure);
+        state.current[0] = slipping(1.0);
+        state.iterate();
+        state.current[0] = slipping(-1.0);
+        state.iterate();
+        state.multipliers.offsets[1] = 0.25;
+        let mut other = ContactState::<2>::new(2);
+        other.augment(crate::contact::multipliers::Augmentation::Carried);
+        let stored = state.evaluated_from();
+        assert_eq!(stored.len(), 2 * ContactState::<2>::evaluation_names().len());
+        assert!(!other.evaluate_from(&stored[1..]) && other.evaluate_from(&stored));
+        assert_eq!(other.history, state.history);
+        for hold in [Hold::Nothing, Hold::Bound, Hold::BoundAndPressure, Hold::FrictionTraction] {
+            for branches in [Branches::Actual, Branches::Predicted] {
+                let manner = |state: &ContactState<2>, p| format!("{:?}", state.manner(p, hold, branches));
+                assert!((0..2).all(|p| manner(&other, p) == manner(&state, p)), "{hold:?} {branches:?}");
+            }
+        }
+        assert_eq!(other.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Stick);
     }
 
     /// Held tractions are those of the last freeze, and each stage holds its own.

@@ -1,5 +1,7 @@
 //! The balance of forces, its residual and its derivative.
 
+use serde::{Deserialize, Serialize};
+
 use super::Stage;
 use crate::case::Units;
 use crate::error::{Error, Result};
@@ -16,7 +18,7 @@ pub struct Residual {
 }
 
 /// How the friction law enters a stage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum FrictionMode {
     /// As defined in the case.
     #[default]
@@ -29,7 +31,7 @@ pub enum FrictionMode {
 ///
 /// A static start approaches the scene by continuation: the load grows in increments, friction may
 /// be off, and springs hold bodies that nothing touches yet. The default is the scene itself.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
     /// Factor on loads and prescribed displacements.
     pub load_factor: f64,

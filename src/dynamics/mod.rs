@@ -12,6 +12,7 @@
 //! | [`Augmentation`] | the augmented Lagrangian: multipliers and requested penetration |
 //! | [`FloatingBodies`] | statics: motions that no support resists |
 //! | [`MultigridHints`] | preconditioners that know of bodies and contact |
+//! | [`Resumption`] | a restart: assembling kept matrices again |
 //!
 //! None of them depends on elements, contact or the mesh. [`Dynamics`] is a system with all of them.
 
@@ -20,6 +21,7 @@ mod equations;
 mod floating;
 mod monitor;
 mod multigrid;
+mod source;
 mod split;
 
 pub use augmentation::{Augmentation, Shortfall};
@@ -27,7 +29,10 @@ pub use equations::{Continuation, Equations, FrictionMode, Lift, Residual};
 pub use floating::{FloatingBodies, MovingPart, RigidMotion};
 pub use monitor::{ContactCounts, ContactMonitor};
 pub use multigrid::MultigridHints;
+pub use source::{ChangedLaw, ContactSource, MatrixSource, Resumption, SearchSource, Sources, StageSettings};
 pub use split::{ForceChange, Freeze, KnownFriction, Split, Staging};
+
+use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::petsc::Vector;
@@ -73,7 +78,7 @@ impl State {
 }
 
 /// Derivatives of the rates with respect to the unknown `u` at the end of the step.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Shifts {
     /// `dv/du` \[1/s\].
     pub velocity: f64,
@@ -86,7 +91,7 @@ pub struct Shifts {
 ///
 /// The balance is scaled so that the forces at the end have weight 1. The tangent then needs no
 /// factor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
     /// Weights of the inertia at the start and the end of the step.
     pub mass: [f64; 2],
@@ -101,7 +106,7 @@ impl Balance {
 
 /// Whether forces are evaluated over the whole step, so that their work equals the change of
 /// energy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum OverStep {
     /// Forces are evaluated at the trial state.
     #[default]

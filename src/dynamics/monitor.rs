@@ -1,11 +1,13 @@
 //! What Newton's method needs to know of contact: counts and safeguards.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Equations, Residual, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
 
 /// Numbers of contact points of an iterate. Each point is counted once.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ContactCounts {
     /// Closed points.
     pub closed: u64,

@@ -1,13 +1,13 @@
 //! What preconditioners may know of bodies and contact beside the matrix.
 
-use super::{Equations, Stage};
+use super::{Resumption, Stage};
 use crate::error::Result;
 use crate::petsc::{Matrix, Vector};
 use crate::terms::Terms;
 
 /// Knowledge of bodies and contact for preconditioners. The defaults are those of a system without
 /// contact whose bodies are held.
-pub trait MultigridHints: Equations {
+pub trait MultigridHints: Resumption {
     /// Assembles [`Terms::BODIES`] with springs at closed contact points into a matrix with the
     /// system's pattern. Symmetric. Collective.
     ///

@@ -1,10 +1,12 @@
 //! The quantities that the stages of a staggered solve hold fixed.
 
+use serde::{Deserialize, Serialize};
+
 use super::Equations;
 
 /// Which coupling between normal contact and friction a stage cuts, by holding fixed what the other
 /// stage solves for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Split {
     /// No coupling is cut: the balance itself, (3.5).
     #[default]
@@ -17,7 +19,7 @@ pub enum Split {
 }
 
 /// Which part of friction is known in stage I.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum KnownFriction {
     /// The friction bound. The friction traction follows the slip up to it.
     #[default]

@@ -56,17 +56,19 @@ impl<const D: usize> Journal<D> {
         self.record.held = Some(Holding { step, free, motions, force, by: by.map(resultant), note });
     }
 
-    /// Starts an attempt at the next step. Its iterations are not part of a checkpoint until the
-    /// attempt has ended.
-    pub fn try_step(&mut self) {
+    /// Begins the next step. What its attempts write and count is not part of a checkpoint until
+    /// the step has ended.
+    pub fn begin_step(&mut self) {
+        self.before_step = Some(self.record.totals);
         if let Some(tables) = &mut self.tables {
-            tables.begin_attempt();
+            tables.begin_step();
         }
     }
 
-    /// Ends the attempt at a step, whether it succeeded or failed.
-    pub fn tried(&mut self) {
-        self.tables.iter_mut().for_each(Tables::end_attempt);
+    /// Ends an accepted step.
+    pub fn end_step(&mut self) {
+        self.before_step = None;
+        self.tables.iter_mut().for_each(Tables::end_step);
     }
 
     /// Starts a solve of the next step.

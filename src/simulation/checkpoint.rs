@@ -12,35 +12,18 @@ use mpi::traits::CommunicatorCollectives;
 use super::journal::Journal;
 use super::place::RunRequest;
 use super::restart::CheckpointHeader;
+use super::run_state::{RunState, Snapshot};
 use super::signals::Signals;
-use super::{RunMonitors, SOLVER_PREFIXES, options};
-use crate::assembly::ContactSystem;
 use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store};
-use crate::dynamics::Stage;
 use crate::error::{Cause, Error, Result, agree};
 use crate::petsc::{Event, Session};
-use crate::solvers::Strategy;
 
 /// Code of the wall-time limit. It differs from every signal number.
 const WALL_TIME: i32 = 1000;
 
 /// Message of a run that reached its wall-time limit.
 pub const WALL_TIME_IS_OVER: &str = "the wall time limit is reached";
-
-/// View of the run at the end of an accepted step.
-pub struct RunView<'a, const D: usize> {
-    /// The bodies.
-    pub system: &'a mut ContactSystem<D>,
-    /// The stage, at the start of the next step.
-    pub stage: &'a mut Stage,
-    /// The strategy that solved the step.
-    pub strategy: &'a mut Box<dyn Strategy>,
-    /// The step control, the energies and their monitors.
-    pub watch: &'a mut RunMonitors,
-    /// The results.
-    pub journal: &'a mut Journal<D>,
-}
 
 /// Decides at every step whether a checkpoint is written and whether the run stops.
 pub struct CheckpointPolicy {
@@ -65,6 +48,8 @@ pub struct CheckpointPolicy {
     /// step of a process, which disables the wall-time limit there, so that each process advances
     /// by at least one step.
     reserve: Rc<Cell<Option<f64>>>,
+    /// The state at the end of the last accepted step.
+    last_state: Option<Snapshot>,
 }
 
 impl CheckpointPolicy {
@@ -99,33 +84,41 @@ impl CheckpointPolicy {
             longest_step: 0.0,
             longest_write: 0.0,
             reserve,
+            last_state: None,
         })
     }
 
-    /// Writes a checkpoint when one is due or when the run is requested to stop. The run then
-    /// resets its contact and solver caches, so that it computes the same as a run restarted from
-    /// this checkpoint. Collective.
+    /// Notes the state before the first step of this process.
+    ///
+    /// # Errors
+    /// An internal error of the program.
+    pub fn begin<const D: usize>(&mut self, run: &RunState<D>) -> Result<()> {
+        self.last_state = Some(run.snapshot()?);
+        Ok(())
+    }
+
+    /// Notes the state at the end of a step, and writes a checkpoint when one is due or when the run
+    /// is requested to stop. The run does not change by it. Collective.
     ///
     /// # Errors
     /// The checkpoint can not be written, or the run stops ([`Cause::Stopped`]). The error is the
     /// same on all ranks.
-    pub fn step_done<const D: usize>(&mut self, run: RunView<'_, D>, case: &Case) -> Result<()> {
-        let finished = run.watch.control.finished();
+    pub fn step_done<const D: usize>(
+        &mut self,
+        run: &RunState<D>,
+        journal: &mut Journal<D>,
+        case: &Case,
+    ) -> Result<()> {
+        self.last_state = Some(run.snapshot()?);
+        let finished = run.control.finished();
         let asked = if finished { 0 } else { self.asked() };
-        let due = self.every.is_some_and(|every| finished || run.journal.step().is_multiple_of(every));
+        let due = self.every.is_some_and(|every| finished || journal.step().is_multiple_of(every));
         if !due && asked == 0 {
             return Ok(());
         }
-        let RunView { system, stage, strategy, watch, journal } = run;
-        let path = self.write(case, system, stage, watch, journal)?;
+        let path = self.write(run, journal, case)?;
         if asked != 0 {
-            return Err(self.stopped(asked, stage.start.time, case.units, &path));
-        }
-        if !finished {
-            system.forget(stage)?;
-            watch.ledger.forget();
-            watch.pace.forget(system);
-            *strategy = options::strategy(case, system, SOLVER_PREFIXES[0])?;
+            return Err(self.stopped(asked, run.stage.start.time, case.units, &path));
         }
         self.last = Some(Instant::now());
         Ok(())
@@ -136,11 +129,15 @@ impl CheckpointPolicy {
     ///
     /// # Errors
     /// The checkpoint can not be written; the error is the same on all ranks.
-    pub fn within_a_step<const D: usize>(&mut self, run: RunView<'_, D>, case: &Case) -> Result<Error> {
+    pub fn within_a_step<const D: usize>(
+        &mut self,
+        run: &RunState<D>,
+        journal: &mut Journal<D>,
+        case: &Case,
+    ) -> Result<Error> {
         let asked = self.asked();
-        let RunView { system, stage, watch, journal, .. } = run;
-        let path = self.write(case, system, stage, watch, journal)?;
-        Ok(self.stopped(asked, stage.start.time, case.units, &path))
+        let path = self.write(run, journal, case)?;
+        Ok(self.stopped(asked, run.stage.start.time, case.units, &path))
     }
 
     /// Completes the error that ended the start. If a rank was requested to stop, the message says
@@ -170,14 +167,13 @@ impl CheckpointPolicy {
         any
     }
 
-    /// Writes the state. Older checkpoints are deleted once it is on the disk. Collective.
+    /// Writes the state of the last accepted step. Older checkpoints are deleted once it is on the
+    /// disk. Collective.
     fn write<const D: usize>(
         &mut self,
-        case: &Case,
-        system: &ContactSystem<D>,
-        stage: &Stage,
-        watch: &RunMonitors,
+        run: &RunState<D>,
         journal: &mut Journal<D>,
+        case: &Case,
     ) -> Result<PathBuf> {
         let began = Instant::now();
         let output = self.output.clone();
@@ -185,8 +181,13 @@ impl CheckpointPolicy {
         let past = journal.past()?;
         let _running = output.begin();
         let path = self.store.path(journal.step());
-        let tables = system.memory(stage, watch.ledger.drive());
-        let state = CheckpointHeader::new::<D>(case, journal.inputs(), stage.start.time, watch, past);
+        let snapshot =
+            self.last_state.as_ref().ok_or_else(|| Error::internal("a checkpoint without a state"))?;
+        let stored = run.stored(snapshot);
+        let tables = run.tables(snapshot);
+        let state = stored.and_then(|stored| {
+            CheckpointHeader::new::<D>(case, journal.inputs(), snapshot.time, stored, past)
+        });
         let state = agree(world, state.and_then(|state| state.to_json()))?;
         checkpoint::write(world, &path, state, &tables).map_err(|error| self.with_older(error))?;
         if self.session.rank() == 0 {

@@ -48,7 +48,7 @@ impl EarlierRun {
     }
 
     /// Copies the totals of the earlier run into the record of the resumed run.
-    pub fn recall(&self, record: &mut Record) {
+    pub fn copy_to(&self, record: &mut Record) {
         record.totals = Totals { restarts: self.totals.restarts + 1, ..self.totals };
         record.start_phases.clone_from(&self.start_phases);
         record.held.clone_from(&self.held);

@@ -57,6 +57,8 @@ pub struct Journal<const D: usize> {
     past: Option<(EarlierRun, f64)>,
     began: Instant,
     pub(super) step: u64,
+    /// Totals before the present step.
+    pub(super) before_step: Option<Totals>,
     pub(super) now: CurrentSolve,
     output: Event,
 }
@@ -82,7 +84,7 @@ impl<const D: usize> Journal<D> {
         let shared_folder = shared_folder(session, &place.folder, token, every > 0)?;
         let mut record = record(session, case, inputs)?;
         record.penetrations = model.contacts.iter().map(untouched).collect();
-        past.iter().for_each(|(past, _)| past.recall(&mut record));
+        past.iter().for_each(|(past, _)| past.copy_to(&mut record));
         Ok(Self {
             session: session.clone(),
             console: Console::new(rank, place.verbosity, case.units),
@@ -102,6 +104,7 @@ impl<const D: usize> Journal<D> {
             past,
             began: Instant::now(),
             step: 0,
+            before_step: None,
             now: CurrentSolve::default(),
             output: Event::register(session, "Output")?,
         })

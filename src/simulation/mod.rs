@@ -20,8 +20,10 @@ mod refusal;
 mod remarks;
 mod restart;
 mod resume;
+mod run_state;
 mod signals;
 mod start;
+mod state_part;
 mod tables;
 mod unit_note;
 
@@ -45,14 +47,15 @@ pub use checkpoint::WALL_TIME_IS_OVER;
 pub use input::{give_options, shared_text, take_back_options};
 pub use journal::Journal;
 pub use options::scheme;
-pub use pace::{Memory, StepPacing};
+pub use pace::StepPacing;
 pub use parts::parts;
 pub use place::RunRequest;
 pub use refusal::refuse;
 pub use signals::Signals;
 
-use checkpoint::{CheckpointPolicy, RunView};
+use checkpoint::CheckpointPolicy;
 use restart::Saved;
+use run_state::{RunState, solver_settings};
 
 /// Prefixes of PETSc's options for the linear solvers of the steps, the static start and the
 /// initial acceleration.
@@ -112,17 +115,17 @@ impl<const D: usize> Ready<D> {
     /// # Errors
     /// The error is the same on all ranks. Results computed before it are kept.
     pub fn run(self, session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<()> {
-        let Self { mut keeper, model, saved, partition, remarks, mut system, mut stage, mut strategy } = self;
+        let Self { mut keeper, model, saved, partition, remarks, system, stage, strategy } = self;
         let past = saved.as_ref().map(|saved| (saved.state.past.clone(), saved.state.time));
         let mut journal = Journal::open(session, case, &model, place, past)?;
         journal.remark(remarks);
         let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
-            let watch = match &saved {
-                None => begin(&mut system, &mut stage, case, &model, &mut journal) // B_0
+            let run = match &saved {
+                None => begin(system, stage, strategy, case, &model, &mut journal) // B_0
                     .map_err(|error| keeper.within_the_start(error))?,
-                Some(saved) => saved.resume(&mut system, &mut stage, case, &model, &mut journal)?,
+                Some(saved) => saved.resume(system, stage, strategy, case, &model, &mut journal)?,
             };
-            march(&mut system, &mut stage, &mut strategy, case, &mut journal, watch, &mut keeper)
+            march(run, case, &mut journal, &mut keeper)
         });
         let outcome = outcome.map_err(|error| keeper.offered(error));
         if let Err(error) = &outcome {
@@ -163,51 +166,41 @@ fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     model.contacts.iter().filter_map(couple).collect()
 }
 
-/// Counters and monitors that are updated in every step.
-pub struct RunMonitors {
-    /// The step control.
-    control: StepControl,
-    /// The energies.
-    ledger: EnergyLedger,
-    /// The monitor of unexplained energy and impact.
-    guard: RunGuard,
-    /// The control of the step length by estimated errors.
-    pace: StepPacing,
-}
-
 /// Computes the state at the start, writes its rows and creates the monitors.
 fn begin<const D: usize>(
-    system: &mut ContactSystem<D>,
-    stage: &mut Stage,
+    mut system: ContactSystem<D>,
+    mut stage: Stage,
+    strategy: Box<dyn Strategy>,
     case: &Case,
     model: &Model<D>,
     journal: &mut Journal<D>,
-) -> Result<RunMonitors> {
-    start::at_equilibrium(system, stage, case, model, journal)?;
-    let farthest = farthest_motion(system, stage, Motions::All);
-    MotionPrecision::new(Precision::of(system)).accept(farthest, "at the start")?;
+) -> Result<RunState<D>> {
+    start::at_equilibrium(&mut system, &mut stage, case, model, journal)?;
+    let farthest = farthest_motion(&system, &stage, Motions::All);
+    MotionPrecision::new(Precision::of(&system)).accept(farthest, "at the start")?;
     let control = pace::control(case, model, 0.0);
-    let pace = StepPacing::new(system, stage, case, model)?;
-    let ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
-    journal.begin(system, stage, &ledger, &control)?;
+    let pace = StepPacing::new(&mut system, &stage, case, model)?;
+    let reactions = system.pattern_vector().like()?;
+    let ledger = EnergyLedger::begin(&mut system, &mut stage, reactions)?;
+    journal.begin(&system, &stage, &ledger, &control)?;
     let guard = RunGuard::new(case, model, options::scheme(&case.time), ledger.now());
-    Ok(RunMonitors { control, ledger, guard, pace })
+    let precision = MotionPrecision::new(Precision::of(&system));
+    let settings = solver_settings(case, &*strategy, system.session())?;
+    Ok(RunState { system, stage, strategy, control, ledger, guard, pace, precision, settings })
 }
 
 /// Advances from configuration to configuration until the end.
 fn march<const D: usize>(
-    system: &mut ContactSystem<D>,
-    stage: &mut Stage,
-    strategy: &mut Box<dyn Strategy>,
+    mut run: RunState<D>,
     case: &Case,
     journal: &mut Journal<D>,
-    mut watch: RunMonitors,
     keeper: &mut CheckpointPolicy,
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
-    let mut precision = MotionPrecision::new(Precision::of(system));
-    while !watch.control.finished() {
-        let RunMonitors { control, ledger, guard, pace } = &mut watch;
+    keeper.begin(&run)?;
+    journal.begin_step();
+    while !run.control.finished() {
+        let RunState { system, stage, strategy, control, ledger, guard, pace, precision, .. } = &mut run;
         if guard.motion.foresees(control.dt()) && control.can_cut() {
             journal.shortened();
             control.fail();
@@ -217,15 +210,12 @@ fn march<const D: usize>(
         let attempt = Attempt { scheme, control, pace };
         let before = *ledger.now();
         let saved = ledger.save();
-        journal.try_step();
         let outcome = match attempt.solve(system, stage, &mut **strategy, journal) {
             Err(error) if error.cause == Cause::Stopped => {
-                let view = RunView { system, stage, strategy, watch: &mut watch, journal };
-                return Err(keeper.within_a_step(view, case)?);
+                return Err(keeper.within_a_step(&run, journal, case)?);
             }
             outcome => attempt.finish(system, stage, ledger, outcome?)?,
         };
-        journal.tried();
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
@@ -258,8 +248,9 @@ fn march<const D: usize>(
                 guard.energy(ledger, stage.trial.time, case.units)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
-                let view = RunView { system, stage, strategy, watch: &mut watch, journal };
-                keeper.step_done(view, case)?;
+                journal.end_step();
+                keeper.step_done(&run, journal, case)?;
+                journal.begin_step();
             }
             Outcome::Failed(report, reason) => {
                 ledger.restore(saved);

@@ -12,11 +12,13 @@ use super::input::shared_text;
 use super::journal::Journal;
 use super::pace::{self, StepPacing};
 use super::place::{RunRequest, inputs, quoted};
-use super::{RunMonitors, agree, start};
-use crate::assembly::{Balances, ContactSystem, EnergyLedger};
+use super::run_state::{RunState, StoredSnapshot, solver_settings};
+use super::{agree, options, start};
+use crate::advice::precision::{MotionPrecision, Precision};
+use crate::assembly::{ContactSystem, EnergyLedger, StoredState};
 use crate::case::{Case, Units};
-use crate::checkpoint::{self, Store, StoredTable};
-use crate::dynamics::Stage;
+use crate::checkpoint::{self, FileSection, Store};
+use crate::dynamics::{Split, Stage, Staging};
 use crate::error::{Error, Result};
 use crate::guard::RunGuard;
 use crate::model::Model;
@@ -24,7 +26,7 @@ use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::{self, claim};
 use crate::output::record::InputRecord;
 use crate::petsc::Session;
-use crate::time::StepControl;
+use crate::solvers::Strategy;
 
 /// Description of the run in the header of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,10 +43,8 @@ pub struct CheckpointHeader {
     case: Value,
     /// Hashes of the mesh files.
     meshes: Vec<String>,
-    control: StepControl,
-    balances: Balances,
-    guard: RunGuard,
-    pace: Option<pace::Memory>,
+    /// The state of the run, except for its fields.
+    run: StoredSnapshot,
     /// What was computed up to the checkpoint.
     pub past: EarlierRun,
 }
@@ -58,7 +58,7 @@ impl CheckpointHeader {
         case: &Case,
         inputs: &[InputRecord],
         time: f64,
-        watch: &RunMonitors,
+        run: StoredSnapshot,
         past: EarlierRun,
     ) -> Result<Self> {
         Ok(Self {
@@ -68,10 +68,7 @@ impl CheckpointHeader {
             end: case.time.end.value,
             case: fixed(case)?,
             meshes: meshes(inputs),
-            control: watch.control.clone(),
-            balances: watch.ledger.balances(),
-            guard: watch.guard.clone(),
-            pace: watch.pace.memory().cloned(),
+            run,
             past,
         })
     }
@@ -125,7 +122,8 @@ pub struct Saved {
     path: PathBuf,
     /// Its header.
     pub state: CheckpointHeader,
-    tables: Vec<StoredTable>,
+    sections: Vec<FileSection>,
+    tables: Option<StoredState>,
 }
 
 impl Saved {
@@ -154,9 +152,9 @@ impl Saved {
             Ok(String::new())
         };
         let text = shared_text(session, own)?;
-        let (path, state) =
+        let (path, state, sections) =
             serde_json::from_str(&text).map_err(|error| Error::internal(format!("checkpoint: {error}")))?;
-        Ok(Some(Self { path, state, tables: Vec::new() }))
+        Ok(Some(Self { path, state, sections, tables: None }))
     }
 
     /// Reads this rank's part of the file before the results folder is changed. Collective.
@@ -165,8 +163,13 @@ impl Saved {
     /// The file does not fit the mesh or this version of the program. The error is the same on all
     /// ranks.
     pub fn read<const D: usize>(&mut self, system: &ContactSystem<D>) -> Result<()> {
-        self.tables = system.wanted();
-        checkpoint::read(system.session().world(), &self.path, &mut self.tables)
+        let sections =
+            self.sections.iter().map(|section| (section.name.as_str(), section.columns.as_slice()));
+        let mut wanted =
+            system.wanted(sections).map_err(|error| error.within(&self.path.display().to_string()))?;
+        checkpoint::read(system.session().world(), &self.path, wanted.tables_mut())?;
+        self.tables = Some(wanted);
+        Ok(())
     }
 
     /// Restores the run from what [`read`](Self::read) has read. Collective.
@@ -175,32 +178,32 @@ impl Saved {
     /// PETSc reports an error, or the record can not be written.
     pub fn resume<const D: usize>(
         &self,
-        system: &mut ContactSystem<D>,
-        stage: &mut Stage,
+        mut system: ContactSystem<D>,
+        mut stage: Stage,
+        strategy: Box<dyn Strategy>,
         case: &Case,
         model: &Model<D>,
         journal: &mut Journal<D>,
-    ) -> Result<RunMonitors> {
-        let drive = system.restore(stage, &self.tables)?;
-        let mut pace = StepPacing::new(system, stage, case, model)?;
-        self.state.pace.iter().for_each(|memory| pace.recall(system, memory));
-        stage.start.time = self.state.time;
-        system.set_continuation(start::of_steps(system, case));
-        system.forget(stage)?;
-        pace.forget(system);
-        let control = self.control(case, model);
-        let ledger = EnergyLedger::resume(self.state.balances, drive, system.pattern_vector().like()?);
-        journal.go_on(&control, &format!("resumed from {}", self.path.display()))?;
-        Ok(RunMonitors { control, ledger, guard: self.state.guard.clone(), pace })
-    }
-
-    /// The stored step control, or a new one if the end of the case has changed.
-    fn control<const D: usize>(&self, case: &Case, model: &Model<D>) -> StepControl {
-        let (time, end) = (self.state.time, case.time.end.value);
-        if end == self.state.end || end <= time {
-            return self.state.control.clone();
-        }
-        pace::control(case, model, time)
+    ) -> Result<RunState<D>> {
+        let scheme = options::scheme(&case.time);
+        stage.inertia = scheme.has_inertia();
+        let time = self.state.time;
+        let end = case.time.end.value;
+        let control = pace::control(case, model, if end > time { time } else { 0.0 });
+        let pace = StepPacing::new(&mut system, &stage, case, model)?;
+        let ledger = EnergyLedger::empty(system.pattern_vector().like()?);
+        let guard = RunGuard::new(case, model, scheme, ledger.now());
+        let precision = MotionPrecision::new(Precision::of(&system));
+        let settings = solver_settings(case, &*strategy, system.session())?;
+        let mut run = RunState { system, stage, strategy, control, ledger, guard, pace, precision, settings };
+        let tables = self.tables.as_ref().ok_or_else(|| Error::internal("a checkpoint that was not read"))?;
+        let ends_elsewhere = end != self.state.end && end > time;
+        run.restore(&self.state.run, tables, ends_elsewhere)
+            .map_err(|error| error.within(&self.path.display().to_string()))?;
+        run.system.set_continuation(start::of_steps(&run.system, case));
+        run.system.set_split(Split::Monolithic);
+        journal.go_on(&run.control, &format!("resumed from {}", self.path.display()))?;
+        Ok(run)
     }
 }
 
@@ -253,12 +256,13 @@ fn look<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result
     })?;
     state
         .check::<D>(case, &inputs(case, place).collect::<Result<Vec<_>>>()?)
+        .and_then(|()| state.run.check())
         .map_err(|error| error.within(&name))?;
     match branches {
         true => state.past.branch(),
         false => state.past.tables().map_or(Ok(()), |tables| tables.check_starts(&place.folder))?,
     }
-    serde_json::to_string(&(found.path, state))
+    serde_json::to_string(&(found.path, state, found.header.sections))
         .map_err(|error| Error::internal(format!("checkpoint: {error}")))
 }
 

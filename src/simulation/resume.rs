@@ -31,7 +31,7 @@ impl<const D: usize> Journal<D> {
         self.measure();
         let start = self.record.start.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(EarlierRun {
-            totals: self.record.totals,
+            totals: self.before_step.unwrap_or(self.record.totals),
             penetrations: self.record.penetrations.clone(),
             seconds: self.record.wall_seconds,
             phases: self.record.phases.clone(),

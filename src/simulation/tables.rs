@@ -138,14 +138,14 @@ impl<const D: usize> Tables<D> {
         Ok(marks)
     }
 
-    /// Starts an attempt. The iterations that follow are included in
+    /// Begins a step. The iterations that follow are included in
     /// [`marks_of_steps`](Self::marks_of_steps) only after the step has ended.
-    pub fn begin_attempt(&mut self) {
+    pub fn begin_step(&mut self) {
         self.before = Some(self.iterations.table().mark());
     }
 
-    /// Ends an attempt. The iterations written so far are included in the marks.
-    pub fn end_attempt(&mut self) {
+    /// Ends a step. The iterations written so far are included in the marks.
+    pub fn end_step(&mut self) {
         self.before = None;
     }
 

@@ -6,10 +6,12 @@
 //! reduces it by about the ratio of the stiffness of the bodies to that of the penalty. Each step
 //! starts with the multipliers of the last one.
 
+use serde_json::Value;
+
 use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 use super::linear::Fallback;
 use super::strategy::Strategy;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{Dynamics, Sources, Stage};
 use crate::error::Result;
 
 /// A strategy whose contact is augmented.
@@ -87,6 +89,14 @@ impl Strategy for Augmented {
     fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
         system.reset_multipliers();
         self.inner.follow_prescribed(system, stage)
+    }
+
+    fn state(&self, system: &dyn Dynamics, sources: &mut Sources) -> Result<Value> {
+        self.inner.state(system, sources)
+    }
+
+    fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn Dynamics) -> Result<()> {
+        self.inner.resume(state, sources, system)
     }
 
     fn describe(&self) -> String {

@@ -1,8 +1,10 @@
 //! Age of a preconditioner that is reused for later matrices.
 
+use serde::{Deserialize, Serialize};
+
 /// Whether a preconditioner of an earlier matrix still serves. Contact and step change the matrix
 /// little, and an incomplete factorisation costs as much as several iterations.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct SetupAge {
     /// Largest number of digits gained per iteration with the present preconditioner; 0 before
     /// there is one.
@@ -35,7 +37,7 @@ impl SetupAge {
     }
 
     /// Discards the preconditioner, but not the knowledge of its best gain.
-    pub fn forget(&mut self) {
+    pub fn discard(&mut self) {
         *self = Self { best: self.best, patience: self.patience, ..Self::default() };
     }
 
@@ -93,7 +95,7 @@ mod tests {
         let mut fatigue = SetupAge::default();
         fatigue.record(true, 12, 1e-8);
         for _ in 0..6 {
-            fatigue.forget();
+            fatigue.discard();
             assert!(fatigue.is_tired());
             fatigue.record(true, 28, 1e-8);
         }

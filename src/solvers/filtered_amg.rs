@@ -24,13 +24,17 @@
 //! until a twentieth of the points changes its status, or an iteration gains less. The factors of W
 //! are kept until the rows of a node there change, because each such point would cost iterations.
 
-use super::own::{CustomPreconditioner, Origin};
-use super::zone::Zone;
-use crate::dynamics::{ContactCounts, MultigridHints, Stage};
+use std::rc::Rc;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::own::{CustomPreconditioner, Origin, source_of, stored};
+use super::zone::{Zone, ZoneState};
+use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
-use std::rc::Rc;
 
 /// When the system on W is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -72,9 +76,31 @@ struct Bulk {
     /// Whether to build the interpolation, for the first time or again. The first solve with the
     /// present one was poor, possibly because it belongs to an unusual iterate.
     poor: bool,
+    /// Source of the interpolation, and of the matrix.
+    interpolated: Option<Rc<MatrixSource>>,
+    joined: Option<Rc<MatrixSource>>,
     set_up: Event,
     renewal: Event,
     cycle: Event,
+}
+
+/// The state of the bulk that outlives a solve. Sources are given by their numbers.
+#[derive(Serialize, Deserialize)]
+struct BulkState {
+    slipping: [f64; 2],
+    turned: f64,
+    made_for: Option<[f64; 2]>,
+    changed: bool,
+    poor: bool,
+    interpolated: Option<usize>,
+    joined: Option<usize>,
+}
+
+/// The state of the preconditioner that outlives a solve.
+#[derive(Serialize, Deserialize)]
+struct FilteredAmgState {
+    bulk: BulkState,
+    zone: ZoneState,
 }
 
 impl Bulk {
@@ -115,6 +141,8 @@ impl Bulk {
             made_for: None,
             changed: false,
             poor: true,
+            interpolated: None,
+            joined: None,
             set_up: set_up?,
             renewal: renewal?,
             cycle: cycle?,
@@ -153,24 +181,90 @@ impl Bulk {
         if reuse == Reuse::Keep && self.serves(wanted) {
             return Ok(());
         }
-        let mut inertia = layout.like()?;
-        if wanted[0] > 0.0 {
-            system.jacobian_into(stage, Terms::MASS, &mut self.matrix)?;
-            self.matrix.diagonal(&mut inertia)?;
-        }
+        let source = system.source_at(stage, Terms::BODIES);
+        let inertia = self.inertia(system, stage, layout)?;
         if std::mem::take(&mut self.poor) {
-            system.jacobian_into(stage, Terms::BODIES, &mut self.matrix)?;
-            self.hold_floating(system, &inertia)?;
-            // A reset is not sufficient: the levels of PETSc 3.18 keep their sizes.
-            self.krylov.configure(&Self::OPTIONS)?;
-            self.set_up()?;
+            self.interpolate(system, stage, &inertia)?;
+            self.interpolated = Some(Rc::clone(&source));
         }
-        system.joined_bodies_into(stage, &mut self.matrix)?;
-        self.hold_floating(system, &inertia)?;
+        self.join(system, stage, &inertia)?;
+        self.joined = Some(source);
         self.turned = 0.0;
         self.slipping[0] = self.slipping[1];
         self.made_for = Some(wanted);
         self.changed = true;
+        Ok(())
+    }
+
+    /// Diagonal of the inertia at the stage.
+    fn inertia(&mut self, system: &mut dyn MultigridHints, stage: &Stage, layout: &Vector) -> Result<Vector> {
+        let mut inertia = layout.like()?;
+        if stage.inertia && stage.shifts.acceleration > 0.0 {
+            system.jacobian_into(stage, Terms::MASS, &mut self.matrix)?;
+            self.matrix.diagonal(&mut inertia)?;
+        }
+        Ok(inertia)
+    }
+
+    /// Builds the interpolation from the bodies alone.
+    fn interpolate(
+        &mut self,
+        system: &mut dyn MultigridHints,
+        stage: &Stage,
+        inertia: &Vector,
+    ) -> Result<()> {
+        system.jacobian_into(stage, Terms::BODIES, &mut self.matrix)?;
+        self.hold_floating(system, inertia)?;
+        // A reset is not sufficient: the levels of PETSc 3.18 keep their sizes.
+        self.krylov.configure(&Self::OPTIONS)?;
+        self.set_up()
+    }
+
+    /// Assembles the matrix of the joined bodies.
+    fn join(&mut self, system: &mut dyn MultigridHints, stage: &Stage, inertia: &Vector) -> Result<()> {
+        system.joined_bodies_into(stage, &mut self.matrix)?;
+        self.hold_floating(system, inertia)
+    }
+
+    fn state(&self, sources: &mut Sources) -> BulkState {
+        let mut number =
+            |source: &Option<Rc<MatrixSource>>| source.as_ref().map(|source| sources.matrix(source));
+        BulkState {
+            slipping: self.slipping,
+            turned: self.turned,
+            made_for: self.made_for,
+            changed: self.changed,
+            poor: self.poor,
+            interpolated: number(&self.interpolated),
+            joined: number(&self.joined),
+        }
+    }
+
+    fn resume(
+        &mut self,
+        state: &BulkState,
+        sources: &Sources,
+        system: &mut dyn MultigridHints,
+        layout: &Vector,
+    ) -> Result<()> {
+        if let (Some(interpolated), Some(joined)) = (state.interpolated, state.joined) {
+            let source = source_of(sources, interpolated)?;
+            let stage = system.assemble_again(source)?;
+            let inertia = self.inertia(system, &stage, layout)?;
+            self.interpolate(system, &stage, &inertia)?;
+            self.interpolated = Some(Rc::clone(source));
+            let source = source_of(sources, joined)?;
+            let stage = system.assemble_again(source)?;
+            let inertia = self.inertia(system, &stage, layout)?;
+            self.join(system, &stage, &inertia)?;
+            self.set_up()?;
+            self.joined = Some(Rc::clone(source));
+        }
+        self.slipping = state.slipping;
+        self.turned = state.turned;
+        self.made_for = state.made_for;
+        self.changed = state.changed;
+        self.poor = state.poor;
         Ok(())
     }
 
@@ -249,9 +343,9 @@ impl CustomPreconditioner for FilteredAmg {
         self.bulk.assemble(system, stage, &self.residual, reuse)
     }
 
-    fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
+    fn prepare(&mut self, matrix: &Matrix, source: Option<&Rc<MatrixSource>>, reuse: Reuse) -> Result<()> {
         self.operator = Some(matrix.share()?);
-        self.zone.prepare(matrix, reuse)?;
+        self.zone.prepare(matrix, source, reuse)?;
         self.bulk.prepare()
     }
 
@@ -282,5 +376,15 @@ impl CustomPreconditioner for FilteredAmg {
 
     fn learn(&mut self, poor: bool) {
         self.bulk.learn(poor);
+    }
+
+    fn state(&self, sources: &mut Sources) -> Value {
+        json!(FilteredAmgState { bulk: self.bulk.state(sources), zone: self.zone.state(sources) })
+    }
+
+    fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn MultigridHints) -> Result<()> {
+        let FilteredAmgState { bulk, zone } = stored(state)?;
+        self.bulk.resume(&bulk, sources, system, &self.residual)?;
+        self.zone.resume(&zone, sources, system)
     }
 }

@@ -7,8 +7,10 @@
 //! determined its residual. The number of iterates and the contact points are then those of exact
 //! linear solves.
 
+use serde::{Deserialize, Serialize};
+
 /// Relative tolerance of each linear solve, computed from the progress of the residual.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Forcing {
     loosest: f64,
     tightest: f64,

@@ -11,6 +11,8 @@
 
 use std::rc::Rc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::dynamics::Shifts;
 use crate::petsc::BlockPattern;
 
@@ -31,6 +33,15 @@ pub(super) struct KeptTangent {
     uses: u32,
     /// Loss in the reduction of the residual at the first further correction. The second one loses
     /// twice as much, and so on.
+    ageing: f64,
+}
+
+/// The state of a [`KeptTangent`] that outlives a step.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct KeptTangentState {
+    /// Shifts and contact points of the tangent, if the matrix is one.
+    made: Option<(Shifts, [u64; 2])>,
+    uses: u32,
     ageing: f64,
 }
 
@@ -71,8 +82,25 @@ impl KeptTangent {
     }
 
     /// Records that the current matrix is no longer a tangent.
-    pub fn forget(&mut self) {
+    pub fn discard(&mut self) {
         self.made = None;
+    }
+
+    /// State that outlives a step, when the system's matrix has this `pattern`.
+    pub fn state(&self, pattern: &Rc<BlockPattern>) -> KeptTangentState {
+        let made = self.made.as_ref().filter(|made| Rc::ptr_eq(&made.pattern, pattern));
+        KeptTangentState {
+            made: made.map(|made| (made.shifts, made.points)),
+            uses: self.uses,
+            ageing: self.ageing,
+        }
+    }
+
+    /// Restores the state. The system's matrix, of this `pattern`, is the tangent.
+    pub fn resume(&mut self, state: KeptTangentState, pattern: &Rc<BlockPattern>) {
+        let KeptTangentState { made, uses, ageing } = state;
+        let made = made.map(|(shifts, points)| Made { pattern: Rc::clone(pattern), shifts, points });
+        *self = Self { made, uses, ageing };
     }
 }
 
@@ -111,7 +139,7 @@ mod tests {
         assert!(kept.serves(shifts(1.0), &here, [3, 3], 50.0));
         kept.made(shifts(1.0), &here, [3, 3]);
         assert!(kept.serves(shifts(1.0), &here, [3, 3], 100.0));
-        kept.forget();
+        kept.discard();
         assert!(!kept.serves(shifts(1.0), &here, [3, 3], 2.0));
     }
 

@@ -3,16 +3,19 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
 use super::fatigue::SetupAge;
 use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
 use super::ladder::{LinearChoice, Problem, ladder};
-use super::own::{CustomPreconditioner, Origin};
+use super::own::{CustomPreconditioner, Origin, source_of};
 use super::presets::{Preset, on_one_rank};
 use super::subdomain::Subdomain;
 use super::tried::LinearAttempt;
 use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
-use crate::dynamics::{ContactCounts, MultigridHints, Stage};
+use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
@@ -40,6 +43,20 @@ pub struct Fallback {
     pub why: String,
 }
 
+/// The state of a [`LinearSolver`] that outlives a solve.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct LinearState {
+    rung: usize,
+    calm: u32,
+    patience: u32,
+    fatigue: SetupAge,
+    contact: ContactCounts,
+    /// Number of the source of the matrix for which the preconditioner was set up.
+    set_up_for: Option<usize>,
+    /// State of the preconditioner with its own matrices.
+    own: Option<Value>,
+}
+
 /// Solves with the current preset of the ladder, and moves to the next preset when it fails.
 pub struct LinearSolver {
     session: Rc<Session>,
@@ -62,6 +79,10 @@ pub struct LinearSolver {
     own: Rc<RefCell<Option<Box<dyn CustomPreconditioner>>>>,
     /// Factors on overlapping subdomains, created on first use.
     subdomain: Rc<RefCell<Option<Subdomain>>>,
+    /// Source of the matrix for which the preconditioner of the current rung was set up. It is
+    /// `None` for factorisations, which are made for every matrix, and for preconditioners that keep
+    /// their own sources.
+    set_up_for: Option<Rc<MatrixSource>>,
     /// State of the contact points when they were last observed.
     contact: ContactCounts,
     stages: TwoStageSettings,
@@ -80,6 +101,8 @@ impl LinearSolver {
     /// available. That many cheap iterations cost as much as the expensive ones of filtered
     /// multigrid.
     const WORTHWHILE: usize = 200;
+    /// Tolerance of a solve whose result is not used.
+    const ANY: f64 = 0.5;
     /// Number of solves on a higher rung before the first rung is tried again. The number doubles
     /// each time.
     const PATIENCE: u32 = 25;
@@ -106,6 +129,7 @@ impl LinearSolver {
             pattern: None,
             own: Rc::default(),
             subdomain: Rc::default(),
+            set_up_for: None,
             contact: ContactCounts::default(),
             stages: choice.stages(problem),
             filter: choice.filter(),
@@ -173,6 +197,70 @@ impl LinearSolver {
         std::mem::take(&mut self.fallbacks)
     }
 
+    /// State that outlives a solve.
+    pub(super) fn state(&self, system: &dyn MultigridHints, sources: &mut Sources) -> LinearState {
+        let pattern = system.matrix().pattern();
+        let is_current = self.pattern.as_ref().is_some_and(|known| Rc::ptr_eq(known, pattern));
+        let mut fatigue = self.fatigue;
+        if !is_current && self.pattern.is_some() {
+            // The next solve notices that the pattern has changed.
+            fatigue.discard();
+        }
+        let set_up_for = self.set_up_for.as_ref().filter(|_| is_current && !fatigue.is_tired());
+        let own = self.own.borrow();
+        let own = own.as_ref().filter(|own| own.fits(system.matrix()));
+        LinearState {
+            rung: self.rung,
+            calm: self.calm,
+            patience: self.patience,
+            fatigue,
+            contact: self.contact,
+            set_up_for: set_up_for.map(|source| sources.matrix(source)),
+            own: own.map(|own| own.state(sources)),
+        }
+    }
+
+    /// Restores the state of a new solver. Collective.
+    ///
+    /// # Errors
+    /// The state is not one of this solver, or a PETSc call fails.
+    pub(super) fn resume(
+        &mut self,
+        state: &LinearState,
+        sources: &Sources,
+        system: &mut dyn MultigridHints,
+    ) -> Result<()> {
+        if state.rung >= self.ladder.len() {
+            return Err(Error::file("a checkpoint with another state of the solver"));
+        }
+        self.rung = state.rung;
+        self.calm = state.calm;
+        self.patience = state.patience;
+        self.fatigue = state.fatigue;
+        self.contact = state.contact;
+        self.pattern = Some(Rc::clone(system.matrix().pattern()));
+        if let (Some(state), Some(preset)) = (&state.own, self.ladder.iter().find(|preset| preset.is_own())) {
+            let mut own = self.make(preset, system.matrix())?;
+            own.resume(state, sources, system)?;
+            *self.own.borrow_mut() = Some(own);
+        }
+        let Some(number) = state.set_up_for else { return Ok(()) };
+        let source = source_of(sources, number)?;
+        system.assemble_again(source)?;
+        self.set_up_for = Some(Rc::clone(source));
+        if self.overlaps() {
+            self.factorise(system.matrix(), Reuse::Renew)?;
+        }
+        let krylov = self.krylov()?;
+        krylov.set_operators(system.matrix(), system.matrix())?;
+        krylov.reuse_preconditioner(Reuse::Renew)?;
+        krylov.set_up()?;
+        // PETSc sets up parts of some preconditioners when they are applied first.
+        krylov.set_tolerances(Self::ANY, 0.0, 1)?;
+        let rhs = system.matrix().irregular(0)?;
+        krylov.solve(&rhs, &mut rhs.like()?).map(drop)
+    }
+
     /// Updates the preconditioner's own matrices, if there are any. If the system's matrix is
     /// `kept`, they are updated only when they no longer fit.
     fn refresh(&mut self, system: &mut dyn MultigridHints, stage: &Stage, kept: bool) -> Result<()> {
@@ -226,7 +314,8 @@ impl LinearSolver {
         self.notice(system.matrix());
         self.climb(|solver| {
             solver.refresh(system, stage, kept)?;
-            solver.attempt(system.matrix(), rhs, size, x, tolerance)
+            let source = system.matrix_source();
+            solver.attempt(system.matrix(), source.as_ref(), rhs, size, x, tolerance)
         })
     }
 
@@ -244,7 +333,7 @@ impl LinearSolver {
     ) -> Result<Option<Solved>> {
         let size = rhs.norm()?;
         self.notice(matrix);
-        self.climb(|solver| solver.attempt(matrix, rhs, size, x, tolerance))
+        self.climb(|solver| solver.attempt(matrix, None, rhs, size, x, tolerance))
     }
 
     /// Tries the current preset and, on failure, the following ones.
@@ -285,6 +374,15 @@ impl LinearSolver {
         self.preset().is_overlapping() && !self.session.given(&self.prefix).iter().any(chosen)
     }
 
+    /// Whether PETSc may build a multigrid. A second set-up of the same object differs from a first
+    /// one by rounding, so each set-up needs a new object. This costs less than a hundredth of a
+    /// set-up.
+    fn coarsens(&self) -> bool {
+        let preset = self.preset();
+        let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
+        preset.iterative && !preset.is_own() && (preset.multigrid || chosen)
+    }
+
     /// Updates the factors on subdomains. Those of an earlier matrix may be kept. Collective.
     fn factorise(&self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
         let mut slot = self.subdomain.borrow_mut();
@@ -312,7 +410,7 @@ impl LinearSolver {
         let known = self.pattern.replace(Rc::clone(matrix.pattern()));
         if known.is_some_and(|known| !Rc::ptr_eq(&known, matrix.pattern())) {
             self.solvers.iter_mut().for_each(|solver| *solver = None);
-            self.fatigue.forget();
+            self.fatigue.discard();
         }
     }
 
@@ -337,10 +435,11 @@ impl LinearSolver {
         }
     }
 
-    /// Solves once on the current rung. `rhs` comes with its norm.
+    /// Solves once on the current rung. `rhs` comes with its norm, and the matrix with its source.
     fn attempt(
         &mut self,
         matrix: &Matrix,
+        source: Option<&Rc<MatrixSource>>,
         rhs: &Vector,
         size: f64,
         x: &mut Vector,
@@ -350,10 +449,17 @@ impl LinearSolver {
         let renew = self.factorises() || self.fatigue.is_tired();
         let reuse = if renew { Reuse::Renew } else { Reuse::Keep };
         if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
-            setup.time(|| own.prepare(matrix, reuse))?;
+            setup.time(|| own.prepare(matrix, source, reuse))?;
         }
         if self.overlaps() {
             setup.time(|| self.factorise(matrix, reuse))?;
+        }
+        if renew && self.coarsens() {
+            self.solvers[self.rung] = None;
+        }
+        if renew {
+            let makes_its_own = self.factorises() || self.preset().is_own();
+            self.set_up_for = source.filter(|_| !makes_its_own).cloned();
         }
         let most = self.most();
         let krylov = self.krylov()?;
@@ -383,8 +489,8 @@ impl LinearSolver {
         }
         // The failure may be due to the preconditioner of an earlier matrix. The preset is tried
         // again with a new one.
-        self.fatigue.forget();
-        let again = self.attempt(matrix, rhs, size, x, tolerance)?;
+        self.fatigue.discard();
+        let again = self.attempt(matrix, source, rhs, size, x, tolerance)?;
         Ok(LinearAttempt { iterations: iterations + again.iterations, ..again })
     }
 

@@ -10,18 +10,23 @@
 
 mod follow;
 
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
 use super::convergence::{IterationReport, Outcome, SolveReport, Trouble};
 use super::cycle::{Cycle, Search, Slowness};
 use super::descent::{Descent, Searched};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
 use super::held::{Driven, HeldMotions};
-use super::kept_tangent::KeptTangent;
-use super::linear::{Fallback, LinearSolver, Solved};
+use super::kept_tangent::{KeptTangent, KeptTangentState};
+use super::linear::{Fallback, LinearSolver, LinearState, Solved};
+use super::own::stored;
 use crate::dynamics::{
-    ContactMonitor, Dynamics, Equations, FloatingBodies, FrictionMode, MultigridHints, Residual, Stage,
+    ContactMonitor, Dynamics, Equations, FloatingBodies, FrictionMode, MultigridHints, Residual, Sources,
+    Stage,
 };
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::petsc::Vector;
 use crate::terms::Terms;
 
@@ -77,6 +82,15 @@ pub struct Monolithic {
     firmest: (usize, Option<Driven>),
     /// Krylov iterations of the initial guess of the next solve, and those within preconditioners.
     ahead: [u32; 2],
+}
+
+/// The state of a solver that outlives a step. The settings, the fields of the last solve and its
+/// free motions do not.
+#[derive(Serialize, Deserialize)]
+struct MonolithicState {
+    forcing: Forcing,
+    tangent: KeptTangentState,
+    linear: LinearState,
 }
 
 /// Position of the next iterate along a correction.
@@ -161,6 +175,31 @@ impl Monolithic {
     /// Returns the linear solvers that failed since the last call, and their replacements.
     pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
         self.linear.take_fallbacks()
+    }
+
+    /// State that outlives a step.
+    ///
+    /// # Errors
+    /// An internal error of the program.
+    pub fn state(&self, system: &dyn Dynamics, sources: &mut Sources) -> Result<Value> {
+        let state = MonolithicState {
+            forcing: self.forcing.clone(),
+            tangent: self.kept.state(system.matrix().pattern()),
+            linear: self.linear.state(system, sources),
+        };
+        serde_json::to_value(state).map_err(|error| Error::internal(format!("state of a solver: {error}")))
+    }
+
+    /// Restores the state. Collective.
+    ///
+    /// # Errors
+    /// The state is not one of this solver, or a PETSc call fails.
+    pub fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn Dynamics) -> Result<()> {
+        let MonolithicState { forcing, tangent, linear } = stored(state)?;
+        self.forcing = forcing;
+        self.linear.resume(&linear, sources, system)?;
+        self.kept.resume(tangent, system.matrix().pattern());
+        Ok(())
     }
 
     /// Corrects `stage.trial` until the balance is met. Collective.

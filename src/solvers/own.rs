@@ -2,8 +2,11 @@
 
 use std::rc::Rc;
 
-use crate::dynamics::{ContactCounts, MultigridHints, Stage};
-use crate::error::Result;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
+use crate::error::{Error, Result};
 use crate::petsc::{Matrix, Reuse, Session, Vector};
 
 /// Objects from which such a preconditioner creates its matrices and options.
@@ -31,11 +34,11 @@ pub trait CustomPreconditioner {
     /// If a PETSc call fails.
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()>;
 
-    /// Prepares to precondition `matrix`. Factors of an earlier matrix may be kept. Collective.
+    /// Prepares to precondition `matrix`, which has this `source`. Factors of an earlier matrix may be kept. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.
-    fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()>;
+    fn prepare(&mut self, matrix: &Matrix, source: Option<&Rc<MatrixSource>>, reuse: Reuse) -> Result<()>;
 
     /// Computes an approximation `z` of `matrix^-1 r`. Collective.
     ///
@@ -53,4 +56,24 @@ pub trait CustomPreconditioner {
 
     /// Receives whether the last solve was poor compared with the best so far.
     fn learn(&mut self, _poor: bool) {}
+
+    /// State that outlives a solve.
+    fn state(&self, sources: &mut Sources) -> Value;
+
+    /// Restores the state of a new preconditioner. Collective.
+    ///
+    /// # Errors
+    /// The state is not one of this preconditioner, or a PETSc call fails.
+    fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn MultigridHints) -> Result<()>;
+}
+
+/// Reads the stored state of a solver.
+pub(super) fn stored<T: DeserializeOwned>(state: &Value) -> Result<T> {
+    T::deserialize(state)
+        .map_err(|error| Error::file(format!("a checkpoint with another state of the solver ({error})")))
+}
+
+/// The source of a matrix with this number.
+pub(super) fn source_of(sources: &Sources, number: usize) -> Result<&Rc<MatrixSource>> {
+    sources.matrices.get(number).ok_or_else(|| Error::file("a checkpoint without the source of a matrix"))
 }

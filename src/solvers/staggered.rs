@@ -8,13 +8,15 @@
 //! converge if that is large. Oscillating overshoots still converge if the stages exchange only a
 //! part of their change ([`Progress::relax`]). A step that does not contract even then has failed.
 
+use serde_json::{Value, json};
+
 use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 use super::cycle::Cycle;
 use super::linear::{Fallback, LinearSolver};
 use super::monolithic::{Monolithic, NewtonSettings, relative};
 use super::progress::{Progress, Sweep};
 use super::strategy::Strategy;
-use crate::dynamics::{Dynamics, Freeze, KnownFriction, Residual, Split, Stage};
+use crate::dynamics::{Dynamics, Freeze, KnownFriction, Residual, Sources, Split, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
 use crate::terms::Terms;
@@ -292,6 +294,16 @@ impl Strategy for Staggered {
         let moved = self.normal.follow_prescribed(system, stage);
         system.set_split(Split::Monolithic);
         moved
+    }
+
+    fn state(&self, system: &dyn Dynamics, sources: &mut Sources) -> Result<Value> {
+        let normal = self.normal.state(system, sources)?;
+        Ok(json!([normal, self.friction.state(system, sources)?]))
+    }
+
+    fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn Dynamics) -> Result<()> {
+        self.normal.resume(&state[0], sources, system)?;
+        self.friction.resume(&state[1], sources, system)
     }
 
     fn describe(&self) -> String {

@@ -1,9 +1,11 @@
 //! Strategies to solve a step: monolithic, or normal contact and friction in turn.
 
+use serde_json::Value;
+
 use super::convergence::{IterationReport, Outcome};
 use super::linear::Fallback;
 use super::monolithic::Monolithic;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{Dynamics, Sources, Stage};
 use crate::error::Result;
 
 /// A strategy that a user can name.
@@ -50,6 +52,19 @@ pub trait Strategy {
     /// If a PETSc call fails.
     fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool>;
 
+    /// State that outlives a step. The matrices and preconditioners in it are given by their
+    /// `sources`.
+    ///
+    /// # Errors
+    /// An internal error of the program.
+    fn state(&self, system: &dyn Dynamics, sources: &mut Sources) -> Result<Value>;
+
+    /// Restores the state. The system's matrix and contact points are then undefined. Collective.
+    ///
+    /// # Errors
+    /// The state is not one of this strategy, or a PETSc call fails.
+    fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn Dynamics) -> Result<()>;
+
     /// Describes strategy and linear solvers for the user.
     fn describe(&self) -> String;
 
@@ -75,6 +90,14 @@ impl Strategy for Monolithic {
 
     fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
         Self::follow_prescribed(self, system, stage)
+    }
+
+    fn state(&self, system: &dyn Dynamics, sources: &mut Sources) -> Result<Value> {
+        Self::state(self, system, sources)
+    }
+
+    fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn Dynamics) -> Result<()> {
+        Self::resume(self, state, sources, system)
     }
 
     fn describe(&self) -> String {

@@ -14,9 +14,12 @@
 
 use std::rc::Rc;
 
-use super::own::{CustomPreconditioner, Origin};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::own::{CustomPreconditioner, Origin, source_of, stored};
 use super::presets::Preset;
-use crate::dynamics::{MultigridHints, Stage};
+use crate::dynamics::{MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
@@ -57,6 +60,16 @@ pub struct TwoStage {
     correction: Vector,
     normals: Vector,
     iterations: u32,
+    /// Source of the matrices, and of those that the inner preconditioners are made for.
+    assembled: Option<Rc<MatrixSource>>,
+    renewed: Option<Rc<MatrixSource>>,
+}
+
+/// The state of the preconditioner that outlives a solve: numbers of its sources.
+#[derive(Serialize, Deserialize)]
+struct TwoStageState {
+    assembled: Option<usize>,
+    renewed: Option<usize>,
 }
 
 impl Half {
@@ -112,6 +125,8 @@ impl TwoStage {
             correction: origin.pattern.like()?,
             normals: origin.pattern.like()?,
             iterations: 0,
+            assembled: None,
+            renewed: None,
         })
     }
 }
@@ -122,6 +137,7 @@ impl CustomPreconditioner for TwoStage {
     }
 
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, _: Reuse) -> Result<()> {
+        self.assembled = Some(system.source_at(stage, self.normal.terms));
         system.jacobian_into(stage, self.normal.terms, &mut self.normal.matrix)?;
         let Some(friction) = &mut self.friction else { return Ok(()) };
         system.jacobian_into(stage, friction.terms, &mut friction.matrix)?;
@@ -129,8 +145,11 @@ impl CustomPreconditioner for TwoStage {
         friction.matrix.hold_directions(&self.normals, Self::HOLD)
     }
 
-    fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
+    fn prepare(&mut self, matrix: &Matrix, _: Option<&Rc<MatrixSource>>, reuse: Reuse) -> Result<()> {
         self.operator = Some(matrix.share()?);
+        if reuse == Reuse::Renew {
+            self.renewed.clone_from(&self.assembled);
+        }
         self.normal.prepare(reuse)?;
         self.friction.as_mut().map_or(Ok(()), |half| half.prepare(reuse))
     }
@@ -152,5 +171,27 @@ impl CustomPreconditioner for TwoStage {
 
     fn take_iterations(&mut self) -> u32 {
         std::mem::take(&mut self.iterations)
+    }
+
+    fn state(&self, sources: &mut Sources) -> Value {
+        let mut number =
+            |source: &Option<Rc<MatrixSource>>| source.as_ref().map(|source| sources.matrix(source));
+        json!(TwoStageState { assembled: number(&self.assembled), renewed: number(&self.renewed) })
+    }
+
+    fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn MultigridHints) -> Result<()> {
+        let TwoStageState { assembled, renewed } = stored(state)?;
+        for (number, reuse) in [(renewed, Reuse::Renew), (assembled, Reuse::Keep)] {
+            let Some(number) = number else { continue };
+            let source = source_of(sources, number)?;
+            let stage = system.assemble_again(source)?;
+            self.assemble(system, &stage, reuse)?;
+            self.prepare(system.matrix(), None, reuse)?;
+        }
+        let source =
+            |number: Option<usize>| number.map(|number| source_of(sources, number).cloned()).transpose();
+        self.assembled = source(assembled)?;
+        self.renewed = source(renewed)?;
+        Ok(())
     }
 }

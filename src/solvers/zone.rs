@@ -4,7 +4,10 @@ use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
+use serde::{Deserialize, Serialize};
 
+use super::own::source_of;
+use crate::dynamics::{MatrixSource, MultigridHints, Sources};
 use crate::error::Result;
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Operator, Reuse, Session, SubMatrix, Vector};
 
@@ -20,10 +23,22 @@ pub(super) struct Zone {
     /// Number of nodes in contact when W was chosen, on all ranks.
     chosen_for: u64,
     solver: Option<Solver>,
+    /// Source of the matrix that was factorised.
+    factorised: Option<Rc<MatrixSource>>,
     /// Whether the factors are those of an earlier matrix.
     kept: bool,
     renewal: Event,
     correction: Event,
+}
+
+/// The state of W that outlives a solve. Marks and sources are given by their numbers.
+#[derive(Serialize, Deserialize)]
+pub(super) struct ZoneState {
+    touching: usize,
+    covered: usize,
+    chosen_for: u64,
+    factorised: Option<usize>,
+    kept: bool,
 }
 
 /// The matrix on W with its factors.
@@ -62,7 +77,19 @@ impl Zone {
         let correction = Event::register(session, "ZoneSolve")?;
         let session = Rc::clone(session);
         let (chosen_for, solver, kept) = (0, None, false);
-        Ok(Self { session, layers, touching, covered, chosen_for, solver, kept, renewal, correction })
+        let factorised = None;
+        Ok(Self {
+            session,
+            layers,
+            touching,
+            covered,
+            chosen_for,
+            solver,
+            factorised,
+            kept,
+            renewal,
+            correction,
+        })
     }
 
     /// Records the owned nodes in contact.
@@ -86,7 +113,12 @@ impl Zone {
     ///
     /// # Errors
     /// If a PETSc call fails. The solve reports a zero pivot.
-    pub fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
+    pub fn prepare(
+        &mut self,
+        matrix: &Matrix,
+        source: Option<&Rc<MatrixSource>>,
+        reuse: Reuse,
+    ) -> Result<()> {
         let left = self
             .touching
             .iter()
@@ -111,9 +143,53 @@ impl Zone {
         } else if let Some(solver) = &mut self.solver {
             solver.part.extract(matrix)?;
         }
+        self.factorised = source.cloned();
         let Some(solver) = &mut self.solver else { return Ok(()) };
         let _running = self.renewal.begin();
         solver.factorise(matrix)
+    }
+
+    /// The state that outlives a solve.
+    pub fn state(&self, sources: &mut Sources) -> ZoneState {
+        ZoneState {
+            touching: sources.mark(&self.touching),
+            covered: sources.mark(&self.covered),
+            chosen_for: self.chosen_for,
+            factorised: self.factorised.as_ref().map(|source| sources.matrix(source)),
+            kept: self.kept,
+        }
+    }
+
+    /// Restores the state. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails, or the state is incomplete.
+    pub fn resume(
+        &mut self,
+        state: &ZoneState,
+        sources: &Sources,
+        system: &mut dyn MultigridHints,
+    ) -> Result<()> {
+        let marks = |number: usize| sources.marks.get(number).cloned().unwrap_or_default();
+        self.touching = marks(state.touching);
+        self.covered = marks(state.covered);
+        self.chosen_for = state.chosen_for;
+        self.kept = state.kept;
+        let Some(number) = state.factorised else { return Ok(()) };
+        let source = source_of(sources, number)?;
+        self.factorised = Some(Rc::clone(source));
+        if self.chosen_for == 0 {
+            return Ok(());
+        }
+        system.assemble_again(source)?;
+        let matrix = system.matrix();
+        let mut grown = Growth::new(&self.session, matrix.pattern(), &self.covered)?;
+        // The covered nodes include the first layer.
+        for _ in 1..self.layers {
+            grown.grow()?;
+        }
+        self.extract(matrix, &grown)?;
+        self.solver.as_mut().map_or(Ok(()), |solver| solver.factorise(matrix))
     }
 
     /// Computes `z += P (P^T K P)^-1 P^T r`. Returns whether this was possible. Collective.
@@ -144,6 +220,11 @@ impl Zone {
                 self.covered = grown.marked();
             }
         }
+        self.extract(matrix, &grown)
+    }
+
+    /// Creates the solver on the grown W. Collective.
+    fn extract(&mut self, matrix: &Matrix, grown: &Growth) -> Result<()> {
         let marked = grown.marked();
         let nodes = (0..marked.len() as u32).filter(|&node| marked[node as usize]).collect();
         let part = SubMatrix::new(&self.session, matrix, nodes)?;

@@ -1,6 +1,6 @@
-//! A run that is interrupted and resumed has the results of an uninterrupted one: to the last bit
-//! on the same number of ranks, to rounding on another. Defects of a checkpoint are reported before
-//! any file is modified.
+//! A run that is interrupted and resumed has the results of an uninterrupted one, whether that one
+//! writes checkpoints or not: to the last bit on the same number of ranks, to rounding on another.
+//! Defects of a checkpoint are reported before any file is modified.
 //!
 //! Bits are compared with GMRES, because MUMPS on several ranks rounds differently each time. The
 //! static start is factorised on one rank.
@@ -23,6 +23,10 @@ use common::{Folder, Output, Running, Table, run, send};
 const AGREEMENT: f64 = 1e-10;
 const GMRES: &str = "{ linear: gmres_asm_ilu }";
 const TIGHT: &str = "{ linear: direct, newton: { inexact: false, tolerance: 1.0e-11 } }";
+
+/// Bytes before the header of a checkpoint, and of its hash.
+const HEAD: usize = 37;
+const HASH: usize = 32;
 
 /// A shipped case with some of its text replaced, a solver, and a checkpoint at fixed intervals of
 /// steps, all of which are kept.
@@ -94,6 +98,19 @@ fn same_bits(one: &Path, other: &Path) {
     assert!(one.contains_key(Path::new("energy.csv")) && one.contains_key(Path::new("fields.pvd")));
     let apart: Vec<_> = one.iter().filter(|(name, bytes)| other[*name] != **bytes).map(|(n, _)| n).collect();
     assert!(apart.is_empty(), "not the same: {apart:?}");
+}
+
+/// The state in a checkpoint: the numbers of its header, and the rows of its sections.
+fn state(checkpoint: &Path) -> (serde_json::Value, Vec<u8>) {
+    let bytes = fs::read(checkpoint).expect("a checkpoint");
+    let end = HEAD + header_length(&bytes);
+    let header: serde_json::Value = serde_json::from_slice(&bytes[HEAD..end]).expect("a header");
+    (header["state"]["run"].clone(), bytes[end..bytes.len() - HASH].to_vec())
+}
+
+/// Length of the header of a checkpoint.
+fn header_length(bytes: &[u8]) -> usize {
+    u64::from_le_bytes(bytes[HEAD - 8..HEAD].try_into().expect("a length")) as usize
 }
 
 fn copy(from: &Path, to: &Path) {

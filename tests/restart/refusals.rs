@@ -1,5 +1,7 @@
 //! Incompatible checkpoints, a full disk, and branches.
 
+use sha2::Digest;
+
 use super::*;
 
 /// Checks the exit code, the words, and that no file of the results has changed.
@@ -37,7 +39,7 @@ fn what_does_not_fit_is_refused() {
         (&whole[..whole.len() / 2], "truncated"),
         (&whole[..10], "truncated"),
         (&flipped, "SHA-256"),
-        (&later, "format 99; this program reads format 3"),
+        (&later, "format 99; this program reads format 4"),
         (b"something else that is long enough to be looked at", "not a checkpoint"),
     ] {
         fs::write(newest, bytes).expect("a damaged checkpoint");
@@ -91,6 +93,32 @@ fn what_does_not_fit_is_refused() {
         4,
         &["no checkpoint", "without --restart", "checkpoint: { every: 100 }"],
     );
+}
+
+/// A checkpoint without a part of the state is refused, whichever part it is.
+#[test]
+fn no_part_may_be_missing() {
+    let folder = place(&rubber_block(GMRES, "end: 0.001", 1));
+    compute(&folder, 0, "out", &[]).success();
+    let path = checkpoints(&folder.join("out")).swap_remove(0);
+    let whole = fs::read(&path).expect("a checkpoint");
+    let length = header_length(&whole);
+    let header: serde_json::Value = serde_json::from_slice(&whole[HEAD..HEAD + length]).expect("a header");
+    let parts = header["state"]["run"]["parts"].as_object().expect("the parts");
+    let names: Vec<&String> = parts.keys().collect();
+    assert!(names.len() > 6, "{names:?}");
+    for name in names {
+        let mut header = header.clone();
+        header["state"]["run"]["parts"].as_object_mut().expect("the parts").remove(name);
+        let text = serde_json::to_vec(&header).expect("a header");
+        let rows = &whole[HEAD + length..whole.len() - HASH];
+        let mut bytes = [&whole[..HEAD - 8], &(text.len() as u64).to_le_bytes(), &text, rows].concat();
+        let hash = sha2::Sha256::digest(&bytes);
+        bytes.extend_from_slice(&hash);
+        fs::write(&path, bytes).expect("a checkpoint without a part");
+        let from = "--restart=checkpoints/step-000001.ckpt";
+        refused(&folder, &[from], 4, &[&format!("a checkpoint without the part '{name}'")]);
+    }
 }
 
 /// If the disk is full when a checkpoint is written, the error suggests the older one. A run

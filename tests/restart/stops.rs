@@ -1,5 +1,6 @@
 //! Runs that are stopped by a signal or by a time limit.
 
+use super::to_the_bit::{accurate_block, with_cadence};
 use super::*;
 
 /// Waits until a run has written the given number of rows, then sends it a signal.
@@ -119,6 +120,21 @@ fn signals_stop_within_a_step_on_1_and_2_ranks() {
     assert_eq!(iterations(&folder.join("out")), whole);
     let apart = apart(&folder.join("whole"), &folder.join("out"));
     assert!(apart <= AGREEMENT, "{apart:.1e}");
+}
+
+/// A step that a signal interrupts is repeated as a whole, with its rejected attempts. The runs that
+/// continue compute the same bits as one that was not interrupted.
+#[test]
+fn signals_change_no_bit() {
+    let text = with_cadence(&accurate_block(GMRES), None).replace("cells: [8, 8]", "cells: [32, 32]");
+    let folder = place(&text);
+    compute(&folder, 0, "whole", &[]).success();
+    for (step, more) in [("2", &[][..]), ("7", &["--restart"]), ("12", &["--restart"])] {
+        let stopped = signalled_within(&folder, 0, step, "TERM", more);
+        assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
+    }
+    compute(&folder, 0, "out", &["--restart"]).success();
+    same_bits(&folder.join("whole"), &folder.join("out"));
 }
 
 /// `mpirun` forwards SIGTERM, kills its ranks a second later and always returns 1. By then the

@@ -112,6 +112,7 @@ impl Staging for Duffing {}
 impl Augmentation for Duffing {}
 impl FloatingBodies for Duffing {}
 impl MultigridHints for Duffing {}
+impl Resumption for Duffing {}
 
 /// Displacement at t = 2 s after a start at 1 m and 2 m at rest, and the largest number of
 /// corrections of a step.

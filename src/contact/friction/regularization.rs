@@ -65,6 +65,20 @@ impl Regularization {
         }
     }
 
+    /// Number in [`REGULARIZATIONS`] and the parameter.
+    pub fn numbered(&self) -> (usize, f64) {
+        match *self {
+            Self::StickVelocity(velocity) => (0, velocity.value),
+            Self::SmoothStickVelocity(velocity) => (1, velocity.value),
+            Self::StickStiffness(stiffness) => (2, stiffness.value),
+        }
+    }
+
+    /// The regularization with this number in [`REGULARIZATIONS`]; `None` if the number is unknown.
+    pub fn from_number(number: usize, parameter: f64) -> Option<Self> {
+        REGULARIZATIONS.get(number).map(|entry| (entry.of)(parameter))
+    }
+
     /// Reports an invalid parameter.
     pub fn check(&self, findings: &mut Findings) {
         self.stiffness().into_iter().for_each(|value| findings.positive("the stick stiffness", value));

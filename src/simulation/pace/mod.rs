@@ -6,10 +6,13 @@ mod recoil;
 mod shortest;
 mod watch;
 
+use serde_json::Value;
+
 use super::journal::Journal;
 use super::options;
+use super::state_part::StatePart;
 use crate::advice::precision::Precision;
-use crate::assembly::{Asked, ContactSystem, Energies};
+use crate::assembly::{Asked, ContactSystem, Energies, NamedFields, StoredState};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
@@ -17,8 +20,6 @@ use crate::model::Model;
 use crate::petsc::Vector;
 use crate::solvers::SolveReport;
 use crate::time::StepControl;
-
-pub use watch::Memory;
 
 use past::StepHistory;
 use watch::ErrorController;
@@ -173,24 +174,18 @@ impl StepPacing {
         journal.accuracy(watch.record(control.rejected()));
         Ok(())
     }
+}
 
-    /// The state that a checkpoint has to store in addition to the control. The error estimate
-    /// itself starts anew after a restart.
-    pub fn memory(&self) -> Option<&Memory> {
-        self.watch.as_ref().map(|watch| watch.memory())
+impl StatePart for StepPacing {
+    fn numbers(&self) -> Result<Value> {
+        self.watch.as_ref().map_or(Ok(Value::Null), |watch| watch.numbers())
     }
 
-    /// Restores the stored state. The contact points store their last accepted step themselves.
-    pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: &Memory) {
-        if let Some(watch) = &mut self.watch {
-            watch.recall(system, memory);
-        }
+    fn fields(&self) -> NamedFields {
+        self.watch.as_ref().map_or_else(Vec::new, |watch| watch.fields())
     }
 
-    /// Resets the error estimate, as in a run that restarts from here.
-    pub fn forget<const D: usize>(&mut self, system: &mut ContactSystem<D>) {
-        if let Some(watch) = &mut self.watch {
-            watch.forget(system);
-        }
+    fn restore_from(&mut self, numbers: &Value, fields: &StoredState) -> Result<()> {
+        self.watch.as_mut().map_or(Ok(()), |watch| watch.restore_from(numbers, fields))
     }
 }

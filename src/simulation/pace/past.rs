@@ -1,12 +1,27 @@
 //! Displacements before the present step, from which its error is estimated and the next first
 //! guess is extrapolated.
 
+use serde::{Deserialize, Serialize};
+
+use crate::assembly::{NamedFields, StoredState};
 use crate::dynamics::{Stage, State};
 use crate::error::Result;
 use crate::petsc::Vector;
+use crate::simulation::state_part::named;
 use crate::time::Scheme;
 use crate::time::estimate::{FIELDS, extrapolation, weights};
 use crate::time::saturation::{SECTIONS, Section};
+
+/// Names of the fields of a history in a checkpoint: two displacements, and the filtered rates.
+const NAMES: [&str; 2 + SECTIONS] = ["u_near", "u_far", "rate_1", "rate_2", "rate_3"];
+
+/// The numbers of a history.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct Known {
+    instants: [f64; 2],
+    known: usize,
+    curved: bool,
+}
 
 /// Displacements before the start of the step, and errors of the steps that were accepted.
 pub struct StepHistory {
@@ -47,10 +62,29 @@ impl StepHistory {
         self.known = 0;
     }
 
-    /// Resets the history: it holds neither displacements nor errors.
-    pub fn forget(&mut self) {
-        (self.known, self.curved) = (0, false);
-        self.smooth.iter_mut().for_each(|section| section.set(0.0));
+    /// The numbers of the history.
+    pub fn known(&self) -> Known {
+        Known { instants: self.instants, known: self.known, curved: self.curved }
+    }
+
+    /// The fields of the history. The rate of the last step is not among them, because it is
+    /// computed anew in every step.
+    pub fn fields(&self) -> NamedFields {
+        let fields = self.u.iter().chain(&self.smooth);
+        NAMES.iter().zip(fields).map(|(name, field)| named(name, field)).collect()
+    }
+
+    /// Restores the history. Collective.
+    ///
+    /// # Errors
+    /// A field is missing, or PETSc reports an error.
+    pub fn resume(&mut self, known: Known, fields: &StoredState) -> Result<()> {
+        let Known { instants, known, curved } = known;
+        self.instants = instants;
+        self.known = known;
+        self.curved = curved;
+        let own = self.u.iter_mut().chain(&mut self.smooth);
+        NAMES.iter().zip(own).try_for_each(|(name, field)| fields.fill(name, field))
     }
 
     /// Extrapolates the first guess from the last displacements if they belong to one smooth

@@ -1,11 +1,12 @@
 //! Monitors the errors of a run from step to step.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::past::StepHistory;
 use super::recoil;
 use super::shortest::{MinimumStepWatch, Shortest};
-use crate::assembly::{ContactSystem, Energies, Stuck};
+use crate::assembly::{ContactSystem, Energies, NamedFields, StoredState, Stuck};
 use crate::case::{Accuracy, Case};
 use crate::contact::friction::Regularization;
 use crate::dynamics::{Augmentation, Stage, State};
@@ -13,13 +14,14 @@ use crate::error::Result;
 use crate::output::accuracy::{AccuracyRecord, Errors};
 use crate::reader::quantity::Number;
 use crate::simulation::options;
+use crate::simulation::state_part::{StatePart, from_numbers, numbers_of};
 use crate::solvers::SolveReport;
 use crate::time::saturation::{Passed, Section};
 use crate::time::{Budget, Judgement, Scheme, StepControl};
 
 /// State of the error control that is kept from step to step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+struct Memory {
     time: Option<Budget>,
     energy: Option<Budget>,
     /// Largest displacement so far, root mean square \[m\].
@@ -35,9 +37,6 @@ pub struct Memory {
     unsettled: u32,
     /// Instant of the last jump, after which modes lose their phase \[s\].
     since: f64,
-    /// Smoothed derivative of the motion that determines the errors: of the last step, and of the
-    /// last step before the filter was reset; 0 if there was no such step.
-    rate: [f64; 2],
     passed: Passed,
     /// Ratios of the present contact stiffnesses to those of their laws.
     stiffenings: Vec<f64>,
@@ -74,10 +73,8 @@ pub(super) struct ErrorController {
     lands: bool,
     /// Warning on that step.
     pub remark: Option<String>,
-    /// The filter section used in the step that was evaluated last, unless the velocity jumped,
-    /// followed by the filtered rate.
+    /// The filter section used in the step that was evaluated last, unless the velocity jumped.
     section: Option<Section>,
-    smooth: f64,
 }
 
 impl ErrorController {
@@ -135,7 +132,6 @@ impl ErrorController {
                 pressing,
                 unsettled: 2,
                 since: 0.0,
-                rate: [0.0; 2],
                 passed: Passed::default(),
                 stiffenings: system.stiffenings(),
                 shortest: Shortest::default(),
@@ -149,33 +145,9 @@ impl ErrorController {
             judged: [0.0; 2],
             remark: None,
             section: None,
-            smooth: 0.0,
         };
         watch.observe_size(system, &stage.start)?;
         Ok(watch)
-    }
-
-    /// The state that a checkpoint has to store.
-    pub fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
-    /// Restores the stored state.
-    pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: &Memory) {
-        system.recall_stiffenings(&memory.stiffenings);
-        self.memory = memory.clone();
-    }
-
-    /// Resets the error estimate. The last error represents the errors of all earlier steps.
-    pub fn forget<const D: usize>(&mut self, system: &mut ContactSystem<D>) {
-        system.note_gaps();
-        let memory = &mut self.memory;
-        memory.unsettled = 2;
-        memory.rate[1] = memory.rate[0];
-        memory.passed = Passed::default();
-        if let Some(past) = &mut self.past {
-            past.forget();
-        }
     }
 
     /// Extrapolates the first guess from the last displacements if they belong to one smooth
@@ -369,9 +341,7 @@ impl ErrorController {
         self.section = Some(section);
         let rate = system.mean_size(past.smooth_rate(&section)?, self.weight)?;
         let passed = self.memory.passed.after(&section).part(&section);
-        let before = self.memory.rate[1];
-        self.smooth = if before > 0.0 { rate + (1.0 - passed) * before } else { rate / passed };
-        Ok(power * self.smooth)
+        Ok(power * (rate / passed))
     }
 
     pub fn advance<const D: usize>(&mut self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<()> {
@@ -379,7 +349,6 @@ impl ErrorController {
             if let Some(section) = self.section.take() {
                 past.settle(&section)?;
                 self.memory.passed = self.memory.passed.after(&section);
-                self.memory.rate[0] = self.smooth;
             }
             past.push(stage, self.memory.unsettled == 2)?;
             self.memory.loads = recoil::loads(system);
@@ -413,5 +382,24 @@ impl ErrorController {
             energy: energy.as_ref().map(|budget| over(*drift, budget.scale())),
         };
         AccuracyRecord { asked, achieved, repeated_steps, mass_redistributed: self.massless.clone() }
+    }
+}
+
+impl StatePart for ErrorController {
+    fn numbers(&self) -> Result<Value> {
+        numbers_of(&(&self.memory, self.past.as_ref().map(StepHistory::known)))
+    }
+
+    fn fields(&self) -> NamedFields {
+        self.past.as_ref().map_or_else(Vec::new, StepHistory::fields)
+    }
+
+    fn restore_from(&mut self, numbers: &Value, fields: &StoredState) -> Result<()> {
+        let (memory, known) = from_numbers(numbers)?;
+        self.memory = memory;
+        match (&mut self.past, known) {
+            (Some(past), Some(known)) => past.resume(known, fields),
+            _ => Ok(()),
+        }
     }
 }

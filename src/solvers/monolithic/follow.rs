@@ -31,7 +31,7 @@ impl Monolithic {
         self.rhs.copy_from(&self.residual)?;
         self.rhs.scale(-1.0)?;
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
-        self.kept.forget();
+        self.kept.discard();
         system.jacobian(stage, terms_at(&now, self.settings.terms), Some(lift))?;
         if !system.matrix().norm_frobenius()?.is_finite() {
             return Ok(false);
