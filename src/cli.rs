@@ -52,7 +52,11 @@ enum Sub {
         petsc: Vec<String>,
     },
     /// List what a case can name: elements, materials, laws, schemes, solvers
-    List,
+    List {
+        /// List the columns and fields of the results instead (Markdown)
+        #[arg(long)]
+        results: bool,
+    },
     /// Print the JSON schema (draft-07) of a case file, for editors, or its reference page
     Schema {
         /// That of a study file instead
@@ -247,8 +251,11 @@ pub enum Command {
         /// PETSc's own options.
         petsc: Vec<String>,
     },
-    /// List what a case can name.
-    List,
+    /// List what a case can name, or the columns and fields of the results.
+    List {
+        /// Those of the results.
+        results: bool,
+    },
     /// Print the schema of a case file, or of a study file.
     Schema {
         /// Of a study file.
@@ -321,7 +328,7 @@ where
     match (line.command, line.run) {
         (None, Some(run)) | (Some(Sub::Run(run)), _) => Ok(Command::Run(run)),
         (Some(Sub::Check { case, petsc }), _) => Ok(Command::Check { case, petsc }),
-        (Some(Sub::List), _) => Ok(Command::List),
+        (Some(Sub::List { results }), _) => Ok(Command::List { results }),
         (Some(Sub::Schema { study, markdown }), _) => Ok(Command::Schema { study, markdown }),
         (Some(Sub::Study(study)), _) => Ok(Command::Study(study)),
         (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),

@@ -18,8 +18,8 @@
 //! | 5 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
 //! | 6 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; contact at vertices, by mortar segments between bodies and over obstacles (`contact::mortar`, docs/theory.md): gap, F_n, F_T and their tangents |
 //! | 7 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
-//! | 8 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
-//! | 9 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |
+//! | 8 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9) |
+//! | 9 | [`solvers`]; [`time`]; [`observe`] | monolithic and staggered Newton, linear solvers; Newmark and its family; tables of the quantities that a run reports |
 //! | 10 | [`output`], [`plot`] | tables, fields, record, console; figures |
 //! | 11 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
 //! | 12 | [`study`] | many runs: errors against costs, advice |
@@ -61,6 +61,7 @@ pub mod lanes;
 pub mod material;
 pub mod mesh;
 pub mod model;
+pub mod observe;
 pub mod output;
 pub mod partition;
 pub mod petsc;

@@ -9,6 +9,7 @@ use super::stages::{self, Target};
 use super::system::ContactSystem;
 use super::tangent::symmetric;
 use crate::case::Units;
+use crate::contact::point::Status;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
     ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, RigidMotion, Shortfall, Stage,
@@ -78,9 +79,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (mut stick, mut slip) = (0, 0);
         for contact in &mut self.contacts {
             own += contact.iterate();
-            let summary = contact.summary();
-            stick += summary.stick;
-            slip += summary.slip;
+            stick += contact.count(Status::Stick);
+            slip += contact.count(Status::Slip);
         }
         // A stop request on one rank is communicated here, so that all ranks leave the step at the
         // same iterate.

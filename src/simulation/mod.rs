@@ -32,11 +32,12 @@ mod unit_note;
 
 use std::rc::Rc;
 
-use crate::assembly::{ContactSystem, EnergyLedger, Motions, SystemOptions};
+use crate::assembly::{ContactSystem, Motions, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::{Dynamics, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
 use crate::model::{ContactModel, Model, Target, read_meshes};
+use crate::observe::energy::EnergyLedger;
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy, Trouble};

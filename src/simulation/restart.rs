@@ -14,12 +14,13 @@ use super::journal::Journal;
 use super::pace::{self, StepPacing};
 use super::place::{RunRequest, inputs, quoted};
 use super::{RunMonitors, agree, start};
-use crate::assembly::{Balances, ContactSystem, EnergyLedger};
+use crate::assembly::ContactSystem;
 use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store, StoredTable};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::model::Model;
+use crate::observe::energy::{Balances, EnergyLedger};
 use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::{self, claim};
 use crate::output::record::InputRecord;
@@ -185,7 +186,7 @@ impl Saved {
         system.forget(stage)?;
         pace.forget(system);
         let control = self.control(case, model);
-        let ledger = EnergyLedger::resume(self.state.balances, drive, system.pattern_vector().like()?);
+        let ledger = EnergyLedger::resume(self.state.balances, drive, system.pattern_vector().like()?)?;
         journal.go_on(&control, &format!("goes on from {}", self.path.display()))?;
         Ok(RunMonitors { control, ledger, guard: self.state.guard.clone(), pace })
     }

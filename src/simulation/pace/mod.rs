@@ -8,11 +8,12 @@ mod watch;
 
 use super::journal::Journal;
 use super::options;
-use crate::assembly::{Asked, ContactSystem, Energies, Precision};
+use crate::assembly::{Asked, ContactSystem, Precision};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::model::Model;
+use crate::observe::energy::Energies;
 use crate::petsc::Vector;
 use crate::solvers::SolveReport;
 use crate::time::StepControl;

@@ -5,11 +5,13 @@ use serde::{Deserialize, Serialize};
 use super::past::StepHistory;
 use super::recoil;
 use super::shortest::{MinimumStepWatch, Shortest};
-use crate::assembly::{ContactSystem, Energies, Stuck};
+use crate::assembly::{ContactSystem, Stuck};
 use crate::case::{Accuracy, Case};
 use crate::contact::friction::Regularization;
 use crate::dynamics::{Dynamics, Stage, State};
 use crate::error::Result;
+use crate::observe::contact;
+use crate::observe::energy::Energies;
 use crate::output::accuracy::{AccuracyRecord, Errors};
 use crate::reader::quantity::Number;
 use crate::simulation::options;
@@ -113,7 +115,7 @@ impl ErrorController {
         let budget = |part: Option<Number>| part.map(|part| Budget::new(part.value));
         let adapts = accuracy.time.is_some() && scheme.local_error().is_some();
         let past = super::kept(case, &stage.start.u)?;
-        let pressing = system.contact_summaries().iter().map(|contact| contact.zone.pressing as u64).sum();
+        let pressing = contact::loads(system).iter().map(|load| load.pressing).sum();
         let mut watch = Self {
             accuracy,
             scheme,
