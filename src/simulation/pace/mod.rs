@@ -66,7 +66,7 @@ fn penetration(case: &Case) -> Option<Asked> {
 /// are differences of the contact energy. The achieved penetration and slip are reported
 /// nevertheless.
 pub fn keeps_laws(case: &Case) -> bool {
-    case.time.scheme.value == crate::case::Scheme::Conserving
+    case.time.scheme.value.conserves()
 }
 
 /// Whether the step length follows the estimated errors.
