@@ -172,10 +172,11 @@ mod tests {
         }
     }
 
-    /// Every scheme that a case can name converges on an oscillator, with order 1 or 2.
+    /// Every scheme that a case can name converges on an oscillator with order 2, except for backward
+    /// Euler and for a damped Newmark, which have order 1.
     #[test]
     fn all_schemes_converge() {
-        use crate::schemes::SCHEMES;
+        use crate::schemes::{self, SCHEMES};
         let exact = (3.0f64 * 1.0).cos() + 0.5 / 3.0 * (3.0f64 * 1.0).sin();
         for scheme in SCHEMES.iter().flat_map(|entry| (entry.samples)()) {
             let method = scheme.law().method();
@@ -184,7 +185,13 @@ mod tests {
             }
             let error = |steps| (oscillate(method, steps, 1.0) - exact).abs();
             let rate = (error(400) / error(800)).log2();
-            assert!((rate - rate.round()).abs() < 0.05 && rate > 0.9, "{scheme:?}: rate {rate}");
+            let is_first = match scheme {
+                schemes::Scheme::BackwardEuler(_) => true,
+                schemes::Scheme::Newmark(schemes::Newmark { gamma, .. }) => gamma.value > 0.5,
+                _ => false,
+            };
+            let order = if is_first { 1.0 } else { 2.0 };
+            assert!((rate - order).abs() < 0.05, "{scheme:?}: rate {rate}");
         }
     }
 
