@@ -52,7 +52,11 @@ enum Sub {
         petsc: Vec<String>,
     },
     /// List the elements, materials, laws, schemes and solvers that a case can use
-    List,
+    List {
+        /// List the columns and fields of the results instead (Markdown)
+        #[arg(long)]
+        results: bool,
+    },
     /// Print the JSON schema (draft-07) of a case file, for editors, or its reference page
     Schema {
         /// Print that of a study file instead
@@ -247,8 +251,11 @@ pub enum Command {
         /// PETSc's own options.
         petsc: Vec<String>,
     },
-    /// List the names that a case can use.
-    List,
+    /// List the names that a case can use, or the columns and fields of the results.
+    List {
+        /// Those of the results.
+        results: bool,
+    },
     /// Print the schema of a case file, or of a study file.
     Schema {
         /// Of a study file.
@@ -322,7 +329,7 @@ where
     match (line.command, line.run) {
         (None, Some(run)) | (Some(Sub::Run(run)), _) => Ok(Command::Run(run)),
         (Some(Sub::Check { case, petsc }), _) => Ok(Command::Check { case, petsc }),
-        (Some(Sub::List), _) => Ok(Command::List),
+        (Some(Sub::List { results }), _) => Ok(Command::List { results }),
         (Some(Sub::Schema { study, markdown }), _) => Ok(Command::Schema { study, markdown }),
         (Some(Sub::Study(study)), _) => Ok(Command::Study(study)),
         (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),

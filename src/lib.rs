@@ -12,14 +12,14 @@
 //! |---|---|---|
 //! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; the terms of (3.5) |
 //! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects; checkpoints, from which a run resumes |
-//! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
+//! | 2 | [`mesh`]; [`material`]; [`presets`]; [`schemes`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data, named linear solvers and schemes, point laws |
 //! | 3 | [`case`] | what the user writes |
 //! | 4 | [`partition`] | METIS, who owns what, distribution |
 //! | 5 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
 //! | 6 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; contact at vertices, by mortar segments between bodies and over obstacles (`contact::mortar`, docs/theory.md): gap, F_n, F_T and their tangents |
 //! | 7 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
-//! | 8 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
-//! | 9 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |
+//! | 8 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9) |
+//! | 9 | [`solvers`]; [`time`]; [`observe`] | monolithic and staggered Newton, linear solvers; Newmark and its family; tables of the quantities that a run reports |
 //! | 10 | [`output`], [`plot`] | tables, fields, record, console; figures |
 //! | 11 | [`advice`]; [`guard`] | what to know of a case before it runs; supervision of a run |
 //! | 12 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
@@ -64,13 +64,16 @@ pub mod lanes;
 pub mod material;
 pub mod mesh;
 pub mod model;
+pub mod observe;
 pub mod output;
 pub mod partition;
 pub mod petsc;
 pub mod plot;
+pub mod presets;
 pub mod reader;
 pub mod report;
 pub mod rounding;
+pub mod schemes;
 pub mod simulation;
 pub mod solvers;
 pub mod space;

@@ -247,6 +247,16 @@ fn the_references_are_current() {
     }
 }
 
+/// The page of columns and fields lists exactly what the tables of the program hold.
+#[test]
+fn the_results_reference_is_current() {
+    let path = root().join("docs/results-reference.md");
+    assert!(
+        read(&path) == contact_petsc::output::reference::results_reference(),
+        "docs/results-reference.md differs from the program: contact-petsc list --results > docs/results-reference.md"
+    );
+}
+
 /// The first page is short enough to be read completely.
 #[test]
 fn the_first_page_is_short() {

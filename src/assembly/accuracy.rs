@@ -319,11 +319,18 @@ impl<const D: usize> ContactSystem<D> {
         let mut normals = self.pattern_vector().like()?;
         self.contact_normals(&mut normals)?;
         let mass = self.weighted_square(&normals)?.max(0.0);
-        let stiffness = |contact: super::ContactSummary<D>| match contact.zone.max_penetration {
-            depth if depth > 0.0 => contact.zone.normal_force / depth,
-            _ => 0.0,
+        let world = self.session.world();
+        let stiffness = |contact: &LocalContact<D>| {
+            let closed = || contact.state.current.iter().filter(|point| point.is_closed());
+            let own: f64 = closed().map(|point| point.normal_traction * point.area).sum();
+            let deepest = closed().map(|point| -point.gap).fold(0.0, f64::max);
+            let mut force = 0.0;
+            let mut depth = 0.0;
+            world.all_reduce_into(&own, &mut force, SystemOperation::sum());
+            world.all_reduce_into(&deepest, &mut depth, SystemOperation::max());
+            if depth > 0.0 { force / depth } else { 0.0 }
         };
-        let stiffness: f64 = self.contact_summaries().into_iter().map(stiffness).sum();
+        let stiffness: f64 = self.contacts.iter().map(stiffness).sum();
         Ok(if stiffness > 0.0 { std::f64::consts::TAU * (mass / stiffness).sqrt() } else { 0.0 })
     }
 

@@ -10,12 +10,11 @@ use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::normal::PressedSide;
 use crate::contact::obstacle::Shape;
-use crate::contact::point::{ContactLaw, PointState};
+use crate::contact::point::{ContactLaw, Status};
 use crate::contact::state::{Changes, ContactState, ForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
 use crate::contact::totals::ContactEnergy;
-use crate::contact::zone::ZoneSummary;
 use crate::dynamics::FrictionMode;
 use crate::error::{Error, Result};
 use crate::mesh::Facet;
@@ -136,14 +135,14 @@ impl<const D: usize> LocalContact<D> {
         self.obstacle().is_none()
     }
 
-    /// Summary of the contact zone on this rank, to be merged over ranks.
-    pub fn summary(&self) -> ZoneSummary<D> {
-        let mut summary = ZoneSummary::default();
-        for point in &self.state.current {
-            summary.add_forces(point);
-            summary.count(point);
-        }
-        summary
+    /// Undeformed position of a point \[m\].
+    pub fn reference_point(&self, vertex: usize) -> Vector<D> {
+        self.pair.contact.surface.reference_point(vertex)
+    }
+
+    /// Number of points of a status on this rank.
+    pub fn count(&self, status: Status) -> usize {
+        self.state.current.iter().filter(|point| point.status == status).count()
     }
 
     /// Energies on this rank. Call it before the step of length `dt` \[s\] is accepted.
@@ -156,31 +155,24 @@ impl<const D: usize> LocalContact<D> {
         energy
     }
 
-    /// Adds to each local node the area-weighted sum of a value of its vertices,
-    /// `sum[node * K + k]`, and the weights, `weight[node]`.
+    /// Calls `add(vertex, node, share)` for the share of the area of each vertex that belongs to a
+    /// local node.
     ///
-    /// Their quotient is the nodal value once all ranks have added theirs. It is the mean, weighted
-    /// by the node's own shape function, of the value that is linear between vertices. Values at
-    /// single vertices would alternate at the edge of a contact. A node between corners gets the
-    /// mean of its neighbours.
-    pub fn gather_nodal<const K: usize>(
-        &self,
-        value: impl Fn(usize, &PointState<D>) -> [f64; K],
-        sum: &mut [f64],
-        weight: &mut [f64],
-    ) {
+    /// The sum of a value of the vertices times these shares, divided by the sum of the shares, is
+    /// the nodal value once all ranks have added theirs. It is the mean, weighted by the node's own
+    /// shape function, of the value that is linear between vertices. Values at single vertices
+    /// would alternate at the edge of a contact. A node between corners gets the mean of its
+    /// neighbours.
+    pub fn nodal_shares(&self, mut add: impl FnMut(usize, u32, f64)) {
         let surface = &self.pair.contact.surface;
         for facet in surface.facets() {
             let own = facet.vertices.iter().zip(&facet.shares);
             for (vertex, shares) in own.filter_map(|(vertex, shares)| vertex.map(|vertex| (vertex, shares))) {
-                let values = value(vertex as usize, &self.state.current[vertex as usize]);
                 let parents = facet.kind.parents();
                 for (&node, parents) in surface.facet_nodes(facet).iter().zip(parents) {
                     let share = parents.iter().map(|&corner| shares[usize::from(corner)]).sum::<f64>()
                         / parents.len() as f64;
-                    weight[node as usize] += share;
-                    let sums = &mut sum[node as usize * K..][..K];
-                    sums.iter_mut().zip(values).for_each(|(s, v)| *s += share * v);
+                    add(vertex as usize, node, share);
                 }
             }
         }

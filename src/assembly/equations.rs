@@ -11,6 +11,7 @@ use super::soundness::unsound_force;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
 use crate::case::Units;
+use crate::contact::point::Status;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
     Augmentation, ContactCounts, ContactMonitor, Continuation, Equations, FloatingBodies, ForceChange,
@@ -110,9 +111,8 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
         let (mut stick, mut slip) = (0, 0);
         for contact in &mut self.contacts {
             own += contact.iterate();
-            let summary = contact.summary();
-            stick += summary.stick;
-            slip += summary.slip;
+            stick += contact.count(Status::Stick);
+            slip += contact.count(Status::Slip);
         }
         // A stop request on one rank is communicated here, so that all ranks leave the step at the
         // same iterate.

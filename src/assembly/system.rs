@@ -251,11 +251,6 @@ impl<const D: usize> ContactSystem<D> {
         &self.local
     }
 
-    /// The contacts of this rank.
-    pub fn contacts(&self) -> &[LocalContact<D>] {
-        &self.contacts
-    }
-
     /// The elements of this rank, by body and kind.
     pub fn solids(&self) -> &[SolidElements<D>] {
         &self.solids
@@ -264,11 +259,6 @@ impl<const D: usize> ContactSystem<D> {
     /// The prescribed displacements.
     pub fn supports(&self) -> &Supports<D> {
         &self.supports
-    }
-
-    /// Forces of the loads on the owned unknowns at the last residual \[N\].
-    pub fn external_forces(&self) -> &[f64] {
-        &self.parts.external
     }
 
     /// Adds the loads on the undeformed bodies at `time` to the owned rows of `force` \[N\].

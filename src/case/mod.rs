@@ -25,6 +25,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+pub use crate::presets::Linear;
+pub use crate::schemes::Scheme;
+use crate::schemes::Static;
 pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance};
 pub use body::{Body, BoxMap, BoxMesh, Element, FileMesh, Kinematics, Locking, Mass, Merge, Mesh};
 pub use boundary::{Action, Boundary, Components};
@@ -33,9 +36,9 @@ pub use guard::Guard;
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
-pub use solver::{Inner, Krylov, Linear, Newton, Passes, Second, Solver, Strategy, Variant};
+pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
-pub use time::{Scheme, Time};
+pub use time::Time;
 
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result};
@@ -173,12 +176,12 @@ impl Case {
             self.contact.push(name, contact);
         }
         match &self.time.scheme.value {
-            Scheme::Static { increments: Some(increments) } => {
+            Scheme::Static(Static { increments: Some(increments) }) => {
                 let step = self.time.end.value / f64::from(increments.value);
                 self.time.step = Some(quantity::Duration::new(step));
-                self.time.scheme.value = Scheme::Static { increments: None };
+                self.time.scheme.value = Scheme::Static(Static { increments: None });
             }
-            Scheme::Static { increments: None } => {}
+            Scheme::Static(_) => {}
             _ => {
                 self.start.get_or_insert_with(At::default);
             }
@@ -221,7 +224,7 @@ impl Case {
 
     /// Whether the scheme conserves over steps that are not linear: its matrix is then not symmetric.
     pub fn has_unsymmetric_steps(&self) -> bool {
-        self.time.scheme.value == Scheme::Conserving
+        self.time.scheme.value.conserves()
             && (self.bodies.values().any(|body| body.kinematics == Kinematics::Finite)
                 || !self.meets_planes_only())
     }
@@ -241,7 +244,7 @@ impl Case {
 
     /// Whether the case has no inertia.
     pub fn is_static(&self) -> bool {
-        matches!(self.time.scheme.value, Scheme::Static { .. })
+        self.time.scheme.value.is_static()
     }
 
     /// Whether `accuracy` takes the mass off the contact surfaces of this body in motion.
@@ -251,7 +254,7 @@ impl Case {
     /// scheme nothing damps oscillations on the penalty, which are faster than any reasonable step, so that an error in time is
     /// enough. There a body that meets another one keeps its mass, because vertices without mass may find no balance.
     pub fn calms_contact_of(&self, body: &str) -> bool {
-        let conserves = self.time.scheme.value == Scheme::Conserving;
+        let conserves = self.time.scheme.value.conserves();
         let asked = self
             .accuracy
             .as_ref()

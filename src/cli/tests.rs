@@ -95,7 +95,8 @@ fn restarts_are_read() {
 fn commands_are_read() {
     let petsc = vec!["-info".to_string()];
     assert_eq!(read("check case.yml -- -info").unwrap(), Command::Check { case: "case.yml".into(), petsc });
-    assert_eq!(read("list").unwrap(), Command::List);
+    assert_eq!(read("list").unwrap(), Command::List { results: false });
+    assert_eq!(read("list --results").unwrap(), Command::List { results: true });
     assert_eq!(read("schema").unwrap(), Command::Schema { study: false, markdown: false });
     let results = vec![PathBuf::from("a"), PathBuf::from("b")];
     assert_eq!(read("plot a b -o c").unwrap(), Command::Plot { results, output: Some("c".into()) });

@@ -10,8 +10,8 @@ use crate::contact::obstacle::OBSTACLES;
 use crate::element::Locking;
 use crate::material::MATERIALS;
 use crate::mesh::ElementKind;
+use crate::schemes::SCHEMES;
 use crate::solvers::{PRESETS, STRATEGIES};
-use crate::time::SCHEMES;
 
 /// A heading, the key of the case file to which the names belong, and the names with a sentence
 /// each.
@@ -45,7 +45,7 @@ fn groups() -> Vec<Group> {
             "contact: friction: ...: regularization",
             REGULARIZATIONS.iter().map(|e| own(e.name, e.about)).collect(),
         ),
-        ("Schemes", "time: scheme", SCHEMES.iter().map(|e| own(e.name, e.about)).collect()),
+        ("Schemes", "time: scheme", SCHEMES.iter().map(|e| (e.name, e.about())).collect()),
         ("Accuracies", "accuracy", LEVELS.iter().map(|e| own(e.name, e.about)).collect()),
         ("Strategies", "solver: strategy", STRATEGIES.iter().map(|e| own(e.name, e.about)).collect()),
         ("Linear solvers", "solver: linear", std::iter::once(auto).chain(presets).collect()),

@@ -12,6 +12,7 @@ use std::io::{ErrorKind, Write};
 use crate::case;
 use crate::cli::{self, Command};
 use crate::error::{Error, Result};
+use crate::output::reference::results_reference;
 use crate::plot;
 
 /// Executes the command line. Collective for the commands that compute.
@@ -47,7 +48,8 @@ pub fn execute(command: Command) -> Result<()> {
         Command::Chart(chart) => print_notes(&plot::draw_table(&chart::figure(&chart)?, &chart.output)?),
         Command::Parts { case, counts } => print(parts::parts(&case, &counts)?.trim_end()),
         Command::Check { case, petsc } => print(&check::check(&case, &petsc)?),
-        Command::List => print(&list::list()),
+        Command::List { results: true } => print(results_reference().trim_end()),
+        Command::List { results: false } => print(&list::list()),
     }
 }
 

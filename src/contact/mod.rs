@@ -24,4 +24,3 @@ pub mod state;
 pub mod surface;
 pub mod target;
 pub mod totals;
-pub mod zone;

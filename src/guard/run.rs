@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::closing::{Closing, closings};
 use super::motion::MotionWatch;
 use super::unexplained::{KnownError, Unexplained};
-use crate::assembly::{ContactSystem, Energies, EnergyLedger};
+use crate::assembly::ContactSystem;
 use crate::case::{Case, Units};
 use crate::dynamics::{Equations, Stage};
 use crate::error::{Error, Result};
 use crate::model::Model;
+use crate::observe::energy::{Energies, EnergyLedger};
 use crate::time::Scheme;
 
 /// Ratio of closing speed to wave speed above which contact counts as an impact. Below it, waves

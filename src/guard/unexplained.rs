@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::Energies;
 use crate::case::Units;
+use crate::observe::energy::Energies;
 use crate::time::Scheme;
 
 /// Ratio of unexplained energy to the largest energy above which a run gets a warning.

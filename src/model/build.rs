@@ -90,8 +90,7 @@ impl<const D: usize> Model<D> {
             friction: contact.friction.friction(),
             // The potential of a contact is defined on the reference area, so conserving forces act
             // on it as well.
-            current_area: contact.area == case::Area::Current
-                && case.time.scheme.value != case::Scheme::Conserving,
+            current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
         })
     }

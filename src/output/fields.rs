@@ -18,13 +18,15 @@ use std::time::{Duration, Instant};
 
 use crate::error::Result;
 
-pub use super::selection::{Cells, SurfaceFields, VolumeFields};
+pub use super::selection::{Cells, GRID_FIELDS};
+
+use crate::observe::fields::Field;
 
 use super::anchor::Anchor;
 use super::io_error::unwritable;
 use super::pvd::{Entry, PvdSeries};
 use super::pvtu::{self, Schema};
-use super::selection::FieldSelection;
+use super::selection::{BODY, CONTACT, FieldSelection};
 use super::vtu;
 
 /// Number of this rank and of all ranks.
@@ -81,8 +83,8 @@ impl<const D: usize> FieldWriter<D> {
             folder: folder.to_path_buf(),
             place: Anchor::of(folder)?,
             ranks,
-            volume: FieldSelection::new(&volume, "body", ranks.rank),
-            surface: surface.map(|cells| FieldSelection::new(&cells, "contact", ranks.rank)),
+            volume: FieldSelection::new(&volume, BODY, ranks.rank),
+            surface: surface.map(|cells| FieldSelection::new(&cells, CONTACT, ranks.rank)),
             written: Vec::new(),
             all: PvdSeries::new(&folder.join("fields.pvd")),
             contact: PvdSeries::new(&folder.join("contact.pvd")),
@@ -135,26 +137,21 @@ impl<const D: usize> FieldWriter<D> {
     ///
     /// # Errors
     /// A field does not fit the mesh (an internal fault), or the disk can not be written.
-    pub fn write(&mut self, step: u64, volume: &VolumeFields, surface: Option<&SurfaceFields>) -> Result<()> {
+    pub fn write(&mut self, step: u64, volume: &[Field], surface: Option<&[Field]>) -> Result<()> {
         self.place.check()?;
         let written = self.write_pieces(step, volume, surface);
         self.place.explain(written)
     }
 
-    fn write_pieces(
-        &mut self,
-        step: u64,
-        volume: &VolumeFields,
-        surface: Option<&SurfaceFields>,
-    ) -> Result<()> {
+    fn write_pieces(&mut self, step: u64, volume: &[Field], surface: Option<&[Field]>) -> Result<()> {
         let folder = self.folder.join(step_folder(step));
         // The results folder itself is not created here: if it was deleted, a single rank must not
         // create it again.
         make_folder(&self.folder.join("fields"))?;
         make_folder(&folder)?;
-        let mut pieces = vec![(Grid::Volume, self.volume.volume_piece(volume, D)?)];
+        let mut pieces = vec![(Grid::Volume, self.volume.piece::<D>(volume)?)];
         if let (Some(selection), Some(fields)) = (&self.surface, surface) {
-            pieces.push((Grid::Contact, selection.surface_piece(fields, D)?));
+            pieces.push((Grid::Contact, selection.piece::<D>(fields)?));
         }
         for (grid, piece) in &pieces {
             vtu::write(&folder.join(grid.piece(self.ranks.rank)), piece)?;
@@ -213,6 +210,8 @@ mod tests {
     use super::super::vtu_reader::read_piece;
     use super::super::{pvd, pvtu};
     use super::*;
+    use crate::observe::fields::{FieldValues, Location};
+    use crate::observe::quantity::Quantity;
 
     /// Two quadrilaterals side by side, six nodes. The second is written; the first belongs to
     /// another rank.
@@ -235,22 +234,29 @@ mod tests {
     const U: [f64; 12] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5];
     const PER_NODE: [f64; 6] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
 
-    fn volume_fields<'a>() -> VolumeFields<'a> {
-        let cauchy_stress = &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
-        VolumeFields { displacement: &U, velocity: Some(&U), cauchy_stress, det_f: &[0.9, 1.1] }
+    fn field(quantity: Quantity, location: Location, values: &[f64]) -> Field {
+        Field { quantity, location, values: FieldValues::Numbers(values.to_vec()) }
     }
 
-    fn surface_fields<'a>() -> SurfaceFields<'a> {
-        SurfaceFields {
-            displacement: &U,
-            contact_pressure: &PER_NODE,
-            traction_t: &U,
-            gap: &[0.25; 6],
-            slip: &PER_NODE,
-            slip_velocity: &U,
-            status: &[0, 1, 2, 0, 0, 0],
-            friction_work: &PER_NODE,
-        }
+    fn displacement() -> Field {
+        field(Quantity::vector("displacement", "m", ""), Location::Nodes, &U)
+    }
+
+    fn det_f(values: &[f64]) -> Field {
+        field(Quantity::number("det_f", "", ""), Location::Elements, values)
+    }
+
+    fn volume_fields() -> Vec<Field> {
+        let stress = &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
+        let cauchy = field(Quantity::symmetric_tensor("cauchy_stress", "Pa", ""), Location::Elements, stress);
+        vec![displacement(), cauchy, det_f(&[0.9, 1.1])]
+    }
+
+    fn surface_fields() -> Vec<Field> {
+        let codes = FieldValues::Codes(vec![0, 1, 2, 0, 0, 0]);
+        let status =
+            Field { quantity: Quantity::number("status", "", ""), location: Location::Nodes, values: codes };
+        vec![displacement(), field(Quantity::number("slip", "m", ""), Location::Nodes, &PER_NODE), status]
     }
 
     fn float(values: &VtuValues) -> &[f64] {
@@ -376,14 +382,14 @@ mod tests {
         assert!(!folder.exists());
     }
 
-    /// Statics has no velocity, and a case without contact has no contact grid. Neither is written.
+    /// Only the given fields are written, and no contact grid for a case without contact.
     #[test]
     fn writes_only_what_the_case_has() {
         let scratch = Scratch::new("fields-static");
         let mine = [true, true];
         let mut writer =
             FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
-        writer.write(1, &VolumeFields { velocity: None, ..volume_fields() }, None).unwrap();
+        writer.write(1, &volume_fields(), None).unwrap();
         writer.publish(1, 1.0).unwrap();
         let index = std::fs::read_to_string(scratch.0.join("fields/step_000001/volume.pvtu")).unwrap();
         assert!(index.contains("displacement") && !index.contains("velocity"));
@@ -399,8 +405,7 @@ mod tests {
         let mut writer =
             FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
         for sick in [f64::NAN, f64::INFINITY] {
-            let fields = VolumeFields { det_f: &[1.0, sick], ..volume_fields() };
-            let error = writer.write(1, &fields, None).unwrap_err();
+            let error = writer.write(1, &[displacement(), det_f(&[1.0, sick])], None).unwrap_err();
             assert!(error.message.contains("`det_f`") && error.exit_code() == 5, "{error}");
         }
         assert!(!scratch.0.join("fields/step_000001/volume_0000.vtu").exists());
@@ -413,7 +418,7 @@ mod tests {
         let mine = [true, true];
         let mut writer =
             FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
-        let error = writer.write(1, &VolumeFields { det_f: &[1.0], ..volume_fields() }, None).unwrap_err();
+        let error = writer.write(1, &[det_f(&[1.0])], None).unwrap_err();
         assert!(error.message.contains("det_f"), "{error}");
     }
 }

@@ -6,26 +6,11 @@ use crate::case::Units;
 use crate::error::Result;
 
 use super::table::{Cell, Marks, Table};
-
-const COLUMNS: [&str; 13] = [
-    "step",
-    "time [s]",
-    "dt [s]",
-    "attempt",
-    "stage",
-    "iteration",
-    "residual",
-    "increment",
-    "krylov_iterations",
-    "points",
-    "changed",
-    "line_search",
-    "contraction",
-];
+use crate::observe::quantity::{Column, Quantity, Value, headings};
 
 /// One iteration of a nonlinear solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IterationRow<'a> {
+pub struct IterationRow {
     /// Number of the step.
     pub step: u64,
     /// Time at its end \[s\].
@@ -37,7 +22,7 @@ pub struct IterationRow<'a> {
     /// What is being solved: `start`, `monolithic`, or of the staggered strategy `I`, `II` and
     /// `sweep`. A `sweep` row ends a sweep over both stages: it has the number of the sweep, the
     /// monolithic residual and the distance of the stages.
-    pub stage: &'a str,
+    pub stage: &'static str,
     /// 0 is the predicted state, before any correction.
     pub iteration: u64,
     /// Norm of the residual that the convergence test uses; `None` if a trial state could not be
@@ -58,6 +43,71 @@ pub struct IterationRow<'a> {
     pub contraction: Option<f64>,
 }
 
+/// The columns of `iterations.csv`.
+pub const ITERATION_COLUMNS: &[Column<IterationRow>] = &[
+    Column {
+        quantity: Quantity::number("step", "", "the step that is sought"),
+        value: Value::Count(|row| row.step),
+    },
+    Column {
+        quantity: Quantity::number("time", "s", "time at its end"),
+        value: Value::Number(|row| row.time),
+    },
+    Column { quantity: Quantity::number("dt", "s", "its length"), value: Value::Number(|row| row.dt) },
+    Column {
+        quantity: Quantity::number("attempt", "", "1 for the first attempt, one more after each cut"),
+        value: Value::Count(|row| row.attempt),
+    },
+    Column {
+        quantity: Quantity::number(
+            "stage",
+            "",
+            "`start`, `monolithic`; for the staggered strategy `I`, `II` and `sweep`",
+        ),
+        value: Value::Word(|row| row.stage),
+    },
+    Column {
+        quantity: Quantity::number("iteration", "", "0 is the predicted state"),
+        value: Value::Count(|row| row.iteration),
+    },
+    Column {
+        quantity: Quantity::number("residual", "", "relative residual of the convergence test"),
+        value: Value::Optional(|row| row.residual),
+    },
+    Column {
+        quantity: Quantity::number("increment", "", "norm of the correction"),
+        value: Value::Optional(|row| row.increment),
+    },
+    Column {
+        quantity: Quantity::number("krylov_iterations", "", "iterations of the linear solver"),
+        value: Value::Count(|row| row.krylov_iterations),
+    },
+    Column {
+        quantity: Quantity::number("points", "", "closed contact points"),
+        value: Value::Count(|row| row.points),
+    },
+    Column {
+        quantity: Quantity::number(
+            "changed",
+            "",
+            "contact points that changed their status in this iteration",
+        ),
+        value: Value::Count(|row| row.changed),
+    },
+    Column {
+        quantity: Quantity::number("line_search", "", "factor on the correction"),
+        value: Value::Optional(|row| row.line_search),
+    },
+    Column {
+        quantity: Quantity::number(
+            "contraction",
+            "",
+            "for `sweep`: distance of the stages over that of the sweep before",
+        ),
+        value: Value::Optional(|row| row.contraction),
+    },
+];
+
 /// The table of all iterations.
 #[derive(Debug)]
 pub struct IterationTable {
@@ -73,7 +123,8 @@ impl IterationTable {
     /// # Errors
     /// See [`Table::open`].
     pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
-        Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(COLUMNS), past)? })
+        let columns = headings::<3>(ITERATION_COLUMNS.iter().map(|column| &column.quantity));
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns), past)? })
     }
 
     /// The underlying CSV table.
@@ -86,21 +137,8 @@ impl IterationTable {
     /// # Errors
     /// A value is not finite, or the disk can not be written.
     pub fn row(&mut self, row: &IterationRow) -> Result<()> {
-        self.table.row(&[
-            Cell::Count(row.step),
-            Cell::Number(row.time),
-            Cell::Number(row.dt),
-            Cell::Count(row.attempt),
-            Cell::Text(row.stage),
-            Cell::Count(row.iteration),
-            row.residual.into(),
-            row.increment.into(),
-            Cell::Count(row.krylov_iterations),
-            Cell::Count(row.points),
-            Cell::Count(row.changed),
-            row.line_search.into(),
-            row.contraction.into(),
-        ])
+        let cells: Vec<Cell> = ITERATION_COLUMNS.iter().flat_map(|column| column.cells::<3>(row)).collect();
+        self.table.row(&cells)
     }
 }
 

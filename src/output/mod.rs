@@ -6,7 +6,7 @@
 //!
 //! | File | Written by | When it is complete |
 //! |---|---|---|
-//! | `*.csv` | [`table::Table`] and the row structs beside it | after each row: a row is one write |
+//! | `*.csv` | [`table::Table`], with the columns of [`crate::observe`] and [`iterations`] | after each row: a row is one write |
 //! | `fields/step_*/` | [`fields::FieldWriter`] | each file appears by renaming |
 //! | `fields.pvd`, `contact.pvd` | [`pvd::PvdSeries`] | rewritten by renaming, names only steps that exist |
 //! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end, with the [process] that writes it; at the end with rows and hashes of the tables |
@@ -15,21 +15,17 @@
 pub mod accuracy;
 pub mod anchor;
 pub mod console;
-pub mod contact;
-pub mod energy;
 pub mod fields;
 pub mod folder;
 pub mod io_error;
 pub mod iterations;
 pub mod lock;
-pub mod momentum;
 pub mod pace;
-pub mod probes;
 pub mod process;
 pub mod pvd;
 pub mod pvtu;
-pub mod reactions;
 pub mod record;
+pub mod reference;
 mod selection;
 pub mod summary;
 pub mod table;
@@ -37,29 +33,3 @@ pub mod timestamp;
 pub mod vtu;
 pub mod vtu_reader;
 pub mod xml;
-
-/// The status of a contact point as it is written to files: `open`, `stick`, `slip`, or 0, 1, 2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Status {
-    /// The gap is positive: no traction.
-    Open = 0,
-    /// In contact, with the friction traction below its bound.
-    Stick = 1,
-    /// In contact, with the friction traction at its bound.
-    Slip = 2,
-}
-
-impl Status {
-    /// The word in `probes.csv`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Stick => "stick",
-            Self::Slip => "slip",
-        }
-    }
-}
-
-/// The last part of a column name for the component `index`: `x`, `y`, `z`.
-const AXES: [&str; 3] = ["x", "y", "z"];

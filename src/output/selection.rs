@@ -3,6 +3,8 @@
 use crate::error::{Error, Result};
 
 use super::vtu::{Array, VtuPiece};
+use crate::observe::fields::{Field, FieldValues, Location};
+use crate::observe::quantity::{Components, Quantity};
 
 /// Cells on a rank's nodes: the elements of the bodies, or the facets of the contact surfaces.
 ///
@@ -25,43 +27,23 @@ pub struct Cells<'a, const D: usize> {
     pub group: &'a [u16],
 }
 
-/// Fields of the bodies. Nodal fields have all nodes of the rank, element fields all its elements.
-#[derive(Debug, Clone, Copy)]
-pub struct VolumeFields<'a> {
-    /// \[m\], node-major, `D` components per node.
-    pub displacement: &'a [f64],
-    /// \[m/s\], node-major, `D` components per node; `None` in statics.
-    pub velocity: Option<&'a [f64]>,
-    /// \[Pa\], six per element: xx, yy, zz, xy, yz, xz, including the out-of-plane stress of plane
-    /// strain.
-    pub cauchy_stress: &'a [f64],
-    /// Volume ratio of each element.
-    pub det_f: &'a [f64],
-}
+/// Number of the node.
+const NODE: Quantity =
+    Quantity::number("node", "", "number of the node in the mesh, by which pieces can be joined");
+/// Number of the rank.
+const RANK: Quantity = Quantity::number("rank", "", "number of the rank that wrote the cell");
+/// Number of the body.
+pub(super) const BODY: Quantity = Quantity::number("body", "", "number of the body");
+/// Number of the contact.
+pub(super) const CONTACT: Quantity = Quantity::number("contact", "", "number of the contact");
 
-/// Fields of the contact surfaces for all nodes of the rank. Values at nodes off the surfaces are
-/// ignored.
-#[derive(Debug, Clone, Copy)]
-pub struct SurfaceFields<'a> {
-    /// \[m\], node-major, `D` components per node.
-    pub displacement: &'a [f64],
-    /// `t_n` \[Pa\], positive in compression.
-    pub contact_pressure: &'a [f64],
-    /// Friction traction on the contactor \[Pa\], `D` components per node.
-    pub traction_t: &'a [f64],
-    /// `g_n` \[m\], positive if open. If there is no target opposite, a quarter of the largest
-    /// facet.
-    pub gap: &'a [f64],
-    /// Accumulated length of slip \[m\].
-    pub slip: &'a [f64],
-    /// Velocity of the contactor relative to the target, in the tangent plane \[m/s\], `D`
-    /// components per node.
-    pub slip_velocity: &'a [f64],
-    /// [`super::Status`] as its number.
-    pub status: &'a [u8],
-    /// Work dissipated by friction so far, per area [J/m2].
-    pub friction_work: &'a [f64],
-}
+/// File, location and meaning of the arrays that do not change.
+pub const GRID_FIELDS: &[(&str, &str, Quantity)] = &[
+    ("both", "nodes", NODE),
+    ("`fields.pvd`", "elements", BODY),
+    ("`contact.pvd`", "facets", CONTACT),
+    ("both", "elements, facets", RANK),
+];
 
 /// A part of a rank's mesh, to which fields are added.
 #[derive(Debug)]
@@ -75,7 +57,7 @@ pub(super) struct FieldSelection {
 }
 
 impl FieldSelection {
-    pub(super) fn new<const D: usize>(mesh: &Cells<D>, group: &'static str, rank: usize) -> Self {
+    pub(super) fn new<const D: usize>(mesh: &Cells<D>, group: Quantity, rank: usize) -> Self {
         let cells: Vec<u32> =
             (0..mesh.vtk_types.len() as u32).filter(|&cell| mesh.mine[cell as usize]).collect();
         let mut place = vec![None; mesh.points.len()];
@@ -103,46 +85,36 @@ impl FieldSelection {
             connectivity,
             offsets,
             types,
-            point_data: vec![Array::numbers("node", numbers)],
-            cell_data: vec![Array::numbers(group, groups), Array::numbers("rank", ranks)],
+            point_data: vec![Array::numbers(NODE.name, numbers)],
+            cell_data: vec![Array::numbers(group.name, groups), Array::numbers(RANK.name, ranks)],
         };
         Self { nodes, cells, grid }
     }
 
-    pub(super) fn volume_piece(&self, fields: &VolumeFields, dimension: usize) -> Result<VtuPiece> {
+    /// The grid with fields of all nodes or all cells of the rank.
+    pub(super) fn piece<const D: usize>(&self, fields: &[Field]) -> Result<VtuPiece> {
         let mut piece = self.grid.clone();
-        piece.point_data.push(self.nodal("displacement", fields.displacement, dimension)?);
-        if let Some(velocity) = fields.velocity {
-            piece.point_data.push(self.nodal("velocity", velocity, dimension)?);
+        for field in fields {
+            let (entities, arrays) = match field.location {
+                Location::Nodes => (&self.nodes, &mut piece.point_data),
+                Location::Elements => (&self.cells, &mut piece.cell_data),
+            };
+            let name = field.quantity.name;
+            arrays.push(match (&field.values, field.quantity.components) {
+                (FieldValues::Codes(codes), _) => Array::codes(name, gather(name, codes, entities, 1)?),
+                (FieldValues::Numbers(values), Components::One) => {
+                    Array::scalar(name, gather(name, values, entities, 1)?)
+                }
+                (FieldValues::Numbers(values), Components::SymmetricTensor) => {
+                    Array::symmetric_tensor(name, gather(name, values, entities, 6)?)
+                }
+                (FieldValues::Numbers(values), components) => {
+                    let width = components.axes::<D>().len();
+                    Array::vector(name, &gather(name, values, entities, width)?, width)
+                }
+            });
         }
-        let stress = gather("cauchy_stress", fields.cauchy_stress, &self.cells, 6)?;
-        piece.cell_data.push(Array::symmetric_tensor("cauchy_stress", stress));
-        piece.cell_data.push(Array::scalar("det_f", gather("det_f", fields.det_f, &self.cells, 1)?));
         Ok(piece)
-    }
-
-    pub(super) fn surface_piece(&self, fields: &SurfaceFields, dimension: usize) -> Result<VtuPiece> {
-        let mut piece = self.grid.clone();
-        piece.point_data.extend([
-            self.nodal("displacement", fields.displacement, dimension)?,
-            self.nodal("contact_pressure", fields.contact_pressure, 1)?,
-            self.nodal("traction_t", fields.traction_t, dimension)?,
-            self.nodal("gap", fields.gap, 1)?,
-            self.nodal("slip", fields.slip, 1)?,
-            self.nodal("slip_velocity", fields.slip_velocity, dimension)?,
-            Array::codes("status", gather("status", fields.status, &self.nodes, 1)?),
-            self.nodal("friction_work", fields.friction_work, 1)?,
-        ]);
-        Ok(piece)
-    }
-
-    fn nodal(&self, name: &'static str, values: &[f64], components: usize) -> Result<Array> {
-        let chosen = gather(name, values, &self.nodes, components)?;
-        Ok(if components == 1 {
-            Array::scalar(name, chosen)
-        } else {
-            Array::vector(name, &chosen, components)
-        })
     }
 }
 

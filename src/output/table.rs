@@ -12,6 +12,8 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, Result};
 use crate::files;
 
+pub use crate::observe::quantity::Cell;
+
 use super::anchor::require_same;
 use super::folder::write_whole;
 use super::io_error::{trouble, unwritable};
@@ -19,26 +21,6 @@ use super::io_error::{trouble, unwritable};
 /// Hint for a result that is not finite.
 const NOT_FINITE: &str =
     "the results are valid up to the step before; check the prescribed boundary values and the units";
-
-/// One entry of a row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Cell<'a> {
-    /// A count or a step number.
-    Count(u64),
-    /// A quantity; must be finite.
-    Number(f64),
-    /// A name.
-    Text(&'a str),
-    /// No value, such as the gap of a point with no target opposite. It is written as an empty
-    /// field.
-    Absent,
-}
-
-impl From<Option<f64>> for Cell<'_> {
-    fn from(value: Option<f64>) -> Self {
-        value.map_or(Cell::Absent, Cell::Number)
-    }
-}
 
 /// Contents of a table at some instant, with which a reader checks that nothing is missing or
 /// changed.
@@ -352,16 +334,15 @@ fn field(text: &str) -> String {
     if plain.contains([',', '"']) { format!("\"{}\"", plain.replace('"', "\"\"")) } else { plain }
 }
 
-/// Column names from words.
-pub(super) fn named(columns: &[&str]) -> Vec<String> {
-    columns.iter().map(|&column| column.to_string()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
     use crate::error::Cause;
+
+    fn named(columns: &[&str]) -> Vec<String> {
+        columns.iter().map(|&column| column.to_string()).collect()
+    }
 
     /// Every finite number reads back as the same bits.
     #[test]

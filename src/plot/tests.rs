@@ -8,15 +8,18 @@ use std::time::SystemTime;
 
 use serde::Deserialize;
 
+use crate::contact::point::Status;
 use crate::error::Cause;
-use crate::output::Status;
-use crate::output::energy::{EnergyRow, EnergyTable};
-use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
+use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, Energies};
+use crate::observe::fields::{Field, FieldValues, Location};
+use crate::observe::probes::{PROBE_FILE, Watched, word};
+use crate::observe::quantity::{Quantity, TableFile, headings};
+use crate::output::fields::{Cells, FieldWriter, Ranks};
 use crate::output::folder::ResultsFolder;
 use crate::output::folder::tests::Scratch;
 use crate::output::iterations::{IterationRow, IterationTable};
-use crate::output::probes::{ProbeColumns, ProbeContact, ProbeRow, ProbeTable};
 use crate::output::record::{Record, Totals, Verdict};
+use crate::output::table::{Cell, Table};
 
 use super::plot;
 use crate::case::Units;
@@ -25,15 +28,33 @@ use crate::case::Units;
 /// changes its curves.
 fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
     let (folder, _lock) = ResultsFolder::create(path).unwrap();
-    let probes = ["node_50", "node_98"].map(|name| ProbeColumns { name: name.into(), on_contact: true });
-    let mut probe_table = ProbeTable::<D>::open(path, Units::SI, probes.to_vec(), None).unwrap();
-    let mut energy = EnergyTable::open(path, Units::SI, None).unwrap();
+    let probe = |name: &str| Watched::<D> {
+        name: name.into(),
+        line: 0,
+        rank: 0,
+        node: 0,
+        place: [0.0; D],
+        distance: 0.0,
+        contact: Some(0),
+    };
+    let open = |file: &TableFile, columns: Vec<String>| {
+        Table::create(&path.join(file.name), file.headings(columns)).unwrap()
+    };
+    let columns = ["node_50", "node_98"].iter().flat_map(|name| probe(name).headings()).collect();
+    let mut probe_table = open(&PROBE_FILE, columns);
+    let columns = headings::<D>(ENERGY_COLUMNS.iter().map(|column| &column.quantity));
+    let mut energy = open(&ENERGY_FILE, columns);
     let mut iterations = IterationTable::open(path, Units::SI, None).unwrap();
     for step in 0..=140 {
         let time = f64::from(step) * 5e-4;
-        let rows = [0.3, 1.0].map(|share| probe_row(time, share * friction));
-        probe_table.row(step.into(), time, 5e-4, &rows).unwrap();
-        energy.row(step.into(), time, &ledger(time, friction)).unwrap();
+        let head = [Cell::Count(step.into()), Cell::Number(time)];
+        let mut cells = head.to_vec();
+        cells.push(Cell::Number(5e-4));
+        cells.extend([0.3, 1.0].iter().flat_map(|share| probe_row::<D>(time, share * friction)));
+        probe_table.row(&cells).unwrap();
+        let energies = ledger(time, friction);
+        let cells = ENERGY_COLUMNS.iter().flat_map(|column| column.cells::<D>(&energies));
+        energy.row(&head.into_iter().chain(cells).collect::<Vec<_>>()).unwrap();
         for iteration in 0..(3 + (step * 7 % 5) / 2) {
             iterations.row(&iteration_row(step, time, iteration)).unwrap();
         }
@@ -72,36 +93,37 @@ fn record(title: &str, verdict: Verdict) -> Record {
     }
 }
 
-fn probe_row<const D: usize>(time: f64, friction: f64) -> ProbeRow<D> {
+/// The cells of a probe in the order of its headings.
+fn probe_row<const D: usize>(time: f64, friction: f64) -> Vec<Cell<'static>> {
     let contact_pressure =
         (3.6e5 * (1.0 - time / 0.05 * (1.2 - friction)) + 4e4 * (900.0 * time).sin()).max(0.0);
     let status = if contact_pressure == 0.0 { Status::Open } else { Status::Slip };
     let traction_t = -contact_pressure * friction * (1.0 - (-time / 0.004).exp());
-    let contact = ProbeContact { contact_pressure, traction_t, gap: None, slip_velocity: 0.1, status };
     let mut u = [0.0; D];
     u[0] = 0.012 * (1.0 - friction * 0.5) * (1.0 - (PI * time / 0.05).cos());
     u[D - 1] = -0.05 - 0.002 * (900.0 * time).sin();
     let mut v = [0.0; D];
     v[0] = 0.012 * (1.0 - friction * 0.5) * PI / 0.05 * (PI * time / 0.05).sin();
-    ProbeRow { u, v, contact: Some(contact) }
+    let motion = u.into_iter().chain(v).map(Cell::Number);
+    let contact = [contact_pressure, traction_t].map(Cell::Number);
+    let last = [Cell::Absent, Cell::Number(0.1), Cell::Text(word(status))];
+    motion.chain(contact).chain(last).collect()
 }
 
-fn ledger(time: f64, friction: f64) -> EnergyRow {
+fn ledger(time: f64, friction: f64) -> Energies {
     let s = time / 0.07;
     let (kinetic, strain) = (40.0 + 60.0 * s * (1.0 - friction * s).abs(), 3000.0 + 900.0 * s * friction);
-    EnergyRow {
+    Energies {
         kinetic,
         strain,
         contact: 15.0,
         friction_dissipated: 700.0 * s * s * friction,
-        damping_dissipated: 0.0,
         external_work: 1500.0 * s,
         numerical: -3.0 * s,
-        total: kinetic + strain,
     }
 }
 
-fn iteration_row(step: u32, time: f64, iteration: u32) -> IterationRow<'static> {
+fn iteration_row(step: u32, time: f64, iteration: u32) -> IterationRow {
     IterationRow {
         step: step.into(),
         time,
@@ -167,17 +189,19 @@ fn write_fields<const D: usize>(path: &Path, rank: usize, steps: &[(u64, f64)]) 
     };
     let mut writer = FieldWriter::new(path, Ranks { rank, size: 2 }, cells(0), Some(cells(1))).unwrap();
     let det_f = vec![0.95; mine[0].len()];
-    let fields = VolumeFields { displacement: &u, velocity: Some(&u), cauchy_stress: &stress, det_f: &det_f };
-    let surface = SurfaceFields {
-        displacement: &u,
-        contact_pressure: &pressure,
-        traction_t: &u,
-        gap: &pressure,
-        slip: &pressure,
-        slip_velocity: &u,
-        status: &vec![1; count],
-        friction_work: &pressure,
+    let field = |quantity: Quantity, location: Location, values: &[f64]| Field {
+        quantity,
+        location,
+        values: FieldValues::Numbers(values.to_vec()),
     };
+    let at_nodes = |quantity: Quantity, values: &[f64]| field(quantity, Location::Nodes, values);
+    let displacement = at_nodes(Quantity::vector("displacement", "m", ""), &u);
+    let fields = [
+        displacement.clone(),
+        field(Quantity::symmetric_tensor("cauchy_stress", "Pa", ""), Location::Elements, &stress),
+        field(Quantity::number("det_f", "", ""), Location::Elements, &det_f),
+    ];
+    let surface = [displacement, at_nodes(Quantity::number("contact_pressure", "Pa", ""), &pressure)];
     for &(step, time) in steps {
         writer.write(step, &fields, Some(&surface)).unwrap();
         if rank == 0 {

@@ -21,6 +21,7 @@ use crate::element::Kinematics;
 use crate::error::Result;
 use crate::mesh::ElementKind;
 use crate::model::{Body, ContactModel, Model};
+use crate::observe::probes::watch;
 use crate::partition::LocalMesh;
 use crate::petsc::Session;
 use crate::solvers::ladder;
@@ -52,7 +53,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
         start::require_supports(&system)?;
     }
     let solvers = ladder(&linear, &options::step_problem(case, &system))?;
-    let watched = system.watch(&model.probes)?;
+    let watched = watch(&system, &model.probes)?;
 
     let mut text = String::new();
     let (elements, nodes): (u64, u64) = (partition.elements.iter().sum(), partition.owned.iter().sum());

@@ -2,10 +2,11 @@
 //! reads.
 
 use super::journal::Journal;
-use crate::assembly::{ContactSystem, SurfaceCells};
+use crate::assembly::ContactSystem;
 use crate::dynamics::Stage;
 use crate::error::{Result, agree};
-use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
+use crate::observe::fields::{SurfaceCells, body_fields, surface_cells, surface_fields};
+use crate::output::fields::{Cells, FieldWriter, Ranks};
 
 impl<const D: usize> Journal<D> {
     /// The writer for the volume and surface fields of this rank.
@@ -21,7 +22,7 @@ impl<const D: usize> Journal<D> {
             mine: &local.mine,
             group: &local.mesh.body,
         };
-        let SurfaceCells { offsets, nodes, vtk_types, contact } = system.surface_cells();
+        let SurfaceCells { offsets, nodes, vtk_types, contact } = surface_cells(system);
         let surface = Cells {
             points: &local.mesh.points,
             node_number: &local.input_node,
@@ -41,26 +42,9 @@ impl<const D: usize> Journal<D> {
     /// A file can not be written; the error is the same on all ranks.
     pub(super) fn write_fields(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
         let Some(writer) = &mut self.fields else { return Ok(()) };
-        let stress = system.stress_fields(&stage.trial.u);
-        let contact = system.contact_fields()?;
-        let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
-        let volume = VolumeFields {
-            displacement: &u,
-            velocity: system.is_dynamic().then_some(&v[..]),
-            cauchy_stress: &stress.cauchy_stress,
-            det_f: &stress.det_f,
-        };
-        let surface = SurfaceFields {
-            displacement: &u,
-            contact_pressure: &contact.contact_pressure,
-            traction_t: &contact.traction_t,
-            gap: &contact.gap,
-            slip: &contact.slip,
-            slip_velocity: &contact.slip_velocity,
-            status: &contact.status,
-            friction_work: &contact.friction_work,
-        };
-        let written = writer.write(self.step, &volume, system.has_contact().then_some(&surface));
+        let volume = body_fields(system, stage);
+        let surface = surface_fields(system, stage)?;
+        let written = writer.write(self.step, &volume, system.has_contact().then_some(&surface[..]));
         agree(self.session.world(), written)?;
         let published = match self.session.rank() {
             0 => writer.publish(self.step, stage.trial.time),

@@ -8,6 +8,7 @@ use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
 use crate::dynamics::{Equations, FloatingBodies, MovingPart, RigidMotion, Stage};
 use crate::error::{Cause, Error, Result};
+use crate::schemes::{Newmark, Scheme};
 use crate::solvers::{Driven, SolveReport, Trouble, describe};
 
 /// Hint for values that are too large or not finite.
@@ -192,9 +193,9 @@ fn asks_for_penetration(case: &Case) -> bool {
 
 /// Whether the scheme does not damp oscillations on the contact stiffness.
 fn swings(case: &Case) -> bool {
-    let undamped = match &case.time.scheme.value {
-        case::Scheme::Newmark { gamma, .. } => gamma.value <= 0.5,
-        case::Scheme::Midpoint => true,
+    let undamped = match case.time.scheme.value {
+        Scheme::Newmark(Newmark { gamma, .. }) => gamma.value <= 0.5,
+        Scheme::Midpoint(_) => true,
         _ => false,
     };
     undamped && !case.contact.is_empty() && options::scheme(&case.time).has_inertia()

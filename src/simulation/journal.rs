@@ -13,11 +13,16 @@ use super::tables::Tables;
 use super::unit_note::unit_note;
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision};
-use crate::assembly::{ContactSystem, Energies, EnergyLedger, Watched};
+use crate::assembly::ContactSystem;
 use crate::case::Case;
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
 use crate::model::Model;
+use crate::observe::contact::{self, ContactColumn};
+use crate::observe::energy::{Energies, EnergyLedger};
+use crate::observe::fields::surface_cells;
+use crate::observe::probes::{self, Watched};
+use crate::observe::reactions::reactions;
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
 use crate::output::fields::FieldWriter;
@@ -125,11 +130,11 @@ impl<const D: usize> Journal<D> {
         partition: &Report,
         strategy: &dyn Strategy,
     ) -> Result<()> {
-        self.watched = system.watch(&self.model.probes)?;
+        self.watched = probes::watch(system, &self.model.probes)?;
         self.record.unknowns = system.unknowns() as u64;
         self.record.balance.elements = partition.elements.clone();
         self.record.balance.nodes = partition.owned.clone();
-        let facets = system.surface_cells().vtk_types.len();
+        let facets = surface_cells(system).vtk_types.len();
         self.record.balance.contact_facets = super::measure::of_each_rank(&self.session, facets as u64);
         let marks = self.past.as_ref().and_then(|(past, _)| past.tables());
         let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, marks);
@@ -277,22 +282,23 @@ impl<const D: usize> Journal<D> {
         energies: &Energies,
         dt: f64,
     ) -> Result<()> {
-        let points = system.points(&self.watched, &stage.trial.u, &stage.trial.v)?;
-        let zones = system.contact_summaries();
-        for (penetration, summary) in self.record.penetrations.iter_mut().zip(&zones) {
-            penetration.deepest = penetration.deepest.max(summary.zone.max_penetration);
-            let sunk = summary.zone.sunk;
-            for (most, now) in penetration.between.iter_mut().zip([sunk, sunk / summary.facet]) {
+        let points = probes::report(system, &self.watched, stage)?;
+        let contacts = contact::reports(system, &stage.trial.u);
+        for (penetration, report) in self.record.penetrations.iter_mut().zip(&contacts) {
+            let number = |column: ContactColumn<D>| report.number(&column);
+            penetration.deepest = penetration.deepest.max(number(ContactColumn::MAX_PENETRATION));
+            let depth = number(ContactColumn::DEPTH_BETWEEN);
+            for (most, now) in penetration.between.iter_mut().zip([depth, depth / report.facet]) {
                 *most = most.max(now);
             }
-            penetration.force = penetration.force.max(summary.zone.normal_force);
+            penetration.force = penetration.force.max(number(ContactColumn::FORCE_N));
         }
-        let reactions = system.reactions(ledger.reactions());
+        let reactions = reactions(system, ledger.reactions());
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
             tables.check()?;
             tables.begin_row(self.step, stage.trial.time, dt);
             tables.probes(&points)?;
-            tables.contacts(&zones)?;
+            tables.contacts(&contacts)?;
             tables.reactions(&reactions)?;
             tables.energies(energies)?;
             tables.momentum(ledger.momentum())

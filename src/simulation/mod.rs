@@ -30,12 +30,13 @@ mod unit_note;
 use std::rc::Rc;
 
 use crate::advice::precision::{self, MotionPrecision, Motions, Precision, farthest_motion};
-use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions, unsound_state};
+use crate::assembly::{ContactSystem, SystemOptions, unsound_state};
 use crate::case::Case;
 use crate::dynamics::{Equations, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
 use crate::guard::{RunGuard, missed_contact, slides};
 use crate::model::{ContactModel, Model, Target, read_meshes};
+use crate::observe::energy::EnergyLedger;
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy, Trouble};

@@ -6,10 +6,10 @@ use crate::dynamics::{Equations, KnownFriction};
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
+use crate::presets::{CgFilteredAmg, FilteredAmg, Linear, Passes, TwoStage};
 use crate::solvers::{
-    Augmented, Cycle, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes,
-    Preset, Problem, SecondOperator, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder,
-    storage,
+    Augmented, Cycle, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Problem,
+    Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -28,46 +28,26 @@ const LOOSEST_NEWTON: f64 = 1e-3;
 
 /// The time integration scheme.
 pub fn scheme(time: &case::Time) -> Scheme {
-    match &time.scheme.value {
-        case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.value, gamma.value),
-        case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.value),
-        case::Scheme::GeneralizedAlpha { spectral_radius } => {
-            Scheme::generalized_alpha(spectral_radius.value)
-        }
-        case::Scheme::Midpoint => Scheme::Midpoint,
-        case::Scheme::Conserving => Scheme::Conserving,
-        case::Scheme::BackwardEuler => Scheme::BackwardEuler,
-        case::Scheme::Static { .. } => Scheme::Static,
-    }
+    time.scheme.method()
 }
 
 /// The linear solver of the case. The stages of a staggered step use one for symmetric matrices.
 pub fn linear(case: &Case) -> LinearChoice {
-    let preset = |linear: case::Linear| Preset::named(linear.name()).map(|preset| preset.name);
     let asked = case.solver.linear.value;
-    let filtered = |layers, passes| {
-        preset(asked).map_or(LinearChoice::Auto, |name| {
-            LinearChoice::FilteredAmg(name, FilteredAmgSettings { layers, passes })
-        })
-    };
+    let Some(preset) = asked.preset() else { return LinearChoice::Auto };
     match asked {
-        case::Linear::TwoStage { second, inner } => LinearChoice::TwoStage(TwoStageSettings {
-            second: match second {
-                case::Second::Coupling => SecondOperator::Coupling,
-                case::Second::FrictionStage => SecondOperator::FrictionStage,
-            },
-            inner: inner.linear().and_then(preset),
-        }),
-        case::Linear::FilteredAmg { layers, passes } => filtered(
-            layers,
-            match passes {
-                case::Passes::Around => Passes::Around,
-                case::Passes::Before => Passes::Before,
-            },
-        ),
-        case::Linear::CgFilteredAmg { layers } => filtered(layers, Passes::Around),
-        case::Linear::Direct if staggered(case).is_some() => LinearChoice::Named("cholesky"),
-        linear => preset(linear).map_or(LinearChoice::Auto, LinearChoice::Named),
+        Linear::TwoStage(TwoStage { second, inner }) => {
+            let inner = inner.linear().and_then(Linear::preset).map(|preset| preset.name);
+            LinearChoice::TwoStage(TwoStageSettings { second, inner })
+        }
+        Linear::FilteredAmg(FilteredAmg { layers, passes }) => {
+            LinearChoice::FilteredAmg(preset.name, FilteredAmgSettings { layers, passes })
+        }
+        Linear::CgFilteredAmg(CgFilteredAmg { layers }) => {
+            LinearChoice::FilteredAmg(preset.name, FilteredAmgSettings { layers, passes: Passes::Around })
+        }
+        Linear::Direct if staggered(case).is_some() => LinearChoice::Named("cholesky"),
+        _ => LinearChoice::Named(preset.name),
     }
 }
 
@@ -172,7 +152,7 @@ fn unenforced_accuracy(case: &Case) -> Option<String> {
 /// Remark on stiff penalties: under the conserving scheme nothing damps oscillations that no
 /// reasonable step resolves.
 fn oscillating_nodes(case: &Case) -> Option<String> {
-    let conserves = case.time.scheme.value == case::Scheme::Conserving;
+    let conserves = case.time.scheme.value.conserves();
     case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
     let stiff = |contact: &&case::Contact| contact.normal.is_penalty();
     let meets = |name: &str| case.contact.values().filter(stiff).any(|contact| contact.is_on(name));
@@ -319,7 +299,7 @@ fn newton_tolerance(case: &Case) -> f64 {
     match (case.solver.newton.tolerance, requested) {
         (Some(given), _) => given.value,
         (None, Some(requested)) => (RATIO * requested.value).clamp(TIGHTEST, LOOSEST_NEWTON),
-        (None, None) if case.time.scheme.value == case::Scheme::Conserving => CONSERVING,
+        (None, None) if case.time.scheme.value.conserves() => CONSERVING,
         (None, None) => USUAL,
     }
 }
@@ -327,8 +307,7 @@ fn newton_tolerance(case: &Case) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::newton_tolerance;
-    use crate::case::{Case, Linear};
-    use crate::solvers::PRESETS;
+    use crate::case::Case;
 
     /// The Newton tolerance of the case `text` with the lines `more` added.
     fn tolerance(text: &str, more: &str) -> f64 {
@@ -385,18 +364,5 @@ mod tests {
         ] {
             assert!((tolerance(asked) / expected - 1.0).abs() < 1e-12, "{asked}: {:e}", tolerance(asked));
         }
-    }
-
-    /// A case can name every linear solver there is, and no other; both agree on what needs
-    /// symmetry.
-    #[test]
-    fn a_case_names_the_linear_solvers_there_are() {
-        let known = |name: &str| Linear::ALL.into_iter().find(|linear| linear.name() == name);
-        for preset in PRESETS {
-            let linear = known(preset.name).unwrap_or_else(|| panic!("no case can name {}", preset.name));
-            assert_eq!(linear.needs_symmetry(), preset.symmetric, "{}", preset.name);
-        }
-        assert_eq!(Linear::ALL.len(), PRESETS.len() + 1);
-        assert!(known("auto").is_some_and(|linear| !linear.needs_symmetry()));
     }
 }

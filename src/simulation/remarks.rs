@@ -1,10 +1,11 @@
 //! Remarks on the case at the start, and on its contacts at the end.
 
-use crate::assembly::{ContactSystem, Overclosure, Watched};
+use crate::assembly::{ContactSystem, Overclosure};
 use crate::case::Units;
 use crate::dynamics::Equations;
 use crate::error::shown;
 use crate::model::ContactModel;
+use crate::observe::probes::Watched;
 use crate::output::record::PenetrationRecord;
 use crate::output::summary::ContactStart;
 use crate::petsc::Session;

@@ -2,28 +2,27 @@
 
 use std::path::Path;
 
-use crate::assembly::{ContactSummary, Energies, Momentum, NodalContact, PointReport, Watched};
 use crate::case::Units;
-use crate::contact::point::Status as PointStatus;
 use crate::error::{Error, Result};
-use crate::output::Status;
+use crate::observe::contact::{CONTACT_FILE, ContactColumn, ContactReport};
+use crate::observe::energy::{
+    ENERGY_COLUMNS, ENERGY_FILE, Energies, MOMENTUM_COLUMNS, MOMENTUM_FILE, Momentum,
+};
+use crate::observe::probes::{PROBE_FILE, Watched};
+use crate::observe::quantity::{Cell, Column, TableFile, headings};
+use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE, Reaction};
 use crate::output::anchor::Anchor;
-use crate::output::contact::{ContactRow, ContactTable};
-use crate::output::energy::{EnergyRow, EnergyTable};
 use crate::output::iterations::{IterationRow, IterationTable};
 use crate::output::lock::Lock;
-use crate::output::momentum::{MomentumRow, MomentumTable};
-use crate::output::probes::{ProbeColumns, ProbeContact, ProbeRow, ProbeTable};
-use crate::output::reactions::{ReactionRow, ReactionTable};
 use crate::output::table::{Mark, Marks, Table};
 
 /// The open tables.
 pub struct Tables<const D: usize> {
-    probes: Option<ProbeTable<D>>,
-    contact: ContactTable<D>,
-    reactions: ReactionTable<D>,
-    energy: EnergyTable,
-    momentum: MomentumTable<D>,
+    probes: Option<Table>,
+    contact: Table,
+    reactions: Table,
+    energy: Table,
+    momentum: Table,
     iterations: IterationTable,
     units: Units,
     /// Error of an iteration row that could not be written. It is returned at the end of the step,
@@ -47,14 +46,18 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// A file can not be created, or it is not the file that was written before.
     pub fn open(folder: &Path, units: Units, lock: Lock, past: Option<&Marks>) -> Result<Self> {
+        let open = |file: &TableFile, columns: Vec<String>| {
+            Table::open(&folder.join(file.name), units.headings(file.headings(columns)), past)
+        };
+        let contact = headings::<D>(ContactColumn::<D>::TABLE.iter().map(|column| &column.quantity));
         Ok(Self {
             place: Anchor::of(folder)?,
             lock,
             probes: None,
-            contact: ContactTable::open(folder, units, past)?,
-            reactions: ReactionTable::open(folder, units, past)?,
-            energy: EnergyTable::open(folder, units, past)?,
-            momentum: MomentumTable::open(folder, units, past)?,
+            contact: open(&CONTACT_FILE, contact)?,
+            reactions: open(&REACTION_FILE, columns::<D, _>(REACTION_COLUMNS))?,
+            energy: open(&ENERGY_FILE, columns::<D, _>(ENERGY_COLUMNS))?,
+            momentum: open(&MOMENTUM_FILE, columns::<D, _>(MOMENTUM_COLUMNS))?,
             iterations: IterationTable::open(folder, units, past)?,
             units,
             trouble: None,
@@ -70,19 +73,15 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// See [`open`](Self::open).
     pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>], past: Option<&Marks>) -> Result<()> {
-        let probe = |point: &Watched<D>| ProbeColumns {
-            name: point.name.clone(),
-            on_contact: point.contact.is_some(),
-        };
-        let probes = watched.iter().map(probe).collect();
-        self.probes = Some(ProbeTable::open(folder, self.units, probes, past)?);
+        let columns = PROBE_FILE.headings(watched.iter().flat_map(Watched::headings));
+        let path = folder.join(PROBE_FILE.name);
+        self.probes = Some(Table::open(&path, self.units.headings(columns), past)?);
         Ok(())
     }
 
     fn all(&self) -> impl Iterator<Item = &Table> {
-        let others =
-            [self.contact.table(), self.reactions.table(), self.energy.table(), self.momentum.table()];
-        self.probes.iter().map(ProbeTable::table).chain(others).chain([self.iterations.table()])
+        let others = [&self.contact, &self.reactions, &self.energy, &self.momentum];
+        self.probes.iter().chain(others).chain([self.iterations.table()])
     }
 
     /// Checks that the folder and its tables are in place, unchanged, and locked by this run.
@@ -154,53 +153,39 @@ impl<const D: usize> Tables<D> {
         (self.step, self.time, self.dt) = (step, time, dt);
     }
 
-    /// Writes one row for all probes.
+    /// Writes one row for all probes, whose cells are those of [`crate::observe::probes::report`].
     ///
     /// # Errors
     /// The file can not be written.
-    pub fn probes(&mut self, points: &[PointReport<D>]) -> Result<()> {
-        let row = |point: &PointReport<D>| ProbeRow {
-            u: point.u,
-            v: point.v,
-            contact: point.contact.map(probe_contact),
-        };
-        let rows: Vec<ProbeRow<D>> = points.iter().map(row).collect();
-        let (step, time, dt) = (self.step, self.time, self.dt);
-        self.probes.as_mut().map_or(Ok(()), |table| table.row(step, time, dt, &rows))
+    pub fn probes(&mut self, points: &[Vec<Cell>]) -> Result<()> {
+        let head = [Cell::Count(self.step), Cell::Number(self.time), Cell::Number(self.dt)];
+        let cells: Vec<Cell> = head.into_iter().chain(points.iter().flatten().copied()).collect();
+        self.probes.as_mut().map_or(Ok(()), |table| table.row(&cells))
     }
 
     /// Writes one row for each contact.
     ///
     /// # Errors
     /// The file can not be written.
-    pub fn contacts(&mut self, summaries: &[ContactSummary<D>]) -> Result<()> {
-        for ContactSummary { name, zone, .. } in summaries {
-            let row = ContactRow {
-                force_n: zone.normal_force,
-                force: zone.force.into(),
-                force_t: if D == 2 { zone.tangential_force } else { zone.friction_force.norm() },
-                area: zone.area,
-                points: zone.points as u64,
-                stick: zone.stick as u64,
-                slip: zone.slip as u64,
-                max_penetration: zone.max_penetration,
-                max_pressure: zone.max_pressure,
-                friction_power: zone.friction_power,
-            };
-            self.contact.row(self.step, self.time, name, &row)?;
-        }
-        Ok(())
+    pub fn contacts(&mut self, reports: &[ContactReport]) -> Result<()> {
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        reports.iter().try_for_each(|report| {
+            let cells = head.clone().chain([Cell::Text(&report.name)]).chain(report.cells::<D>());
+            self.contact.row(&cells.collect::<Vec<_>>())
+        })
     }
 
     /// Writes one row for each support.
     ///
     /// # Errors
     /// The file can not be written.
-    pub fn reactions(&mut self, reactions: &[(String, [f64; D])]) -> Result<()> {
-        for (name, force) in reactions {
-            self.reactions.row(self.step, self.time, name, &ReactionRow { force: *force })?;
-        }
-        Ok(())
+    pub fn reactions(&mut self, reactions: &[Reaction]) -> Result<()> {
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        reactions.iter().try_for_each(|reaction| {
+            let own = REACTION_COLUMNS.iter().flat_map(|column| column.cells::<D>(reaction));
+            self.reactions
+                .row(&head.clone().chain([Cell::Text(&reaction.name)]).chain(own).collect::<Vec<_>>())
+        })
     }
 
     /// Writes one row of energies. Also returns the error of an iteration that could not be
@@ -212,17 +197,9 @@ impl<const D: usize> Tables<D> {
         if let Some(trouble) = self.trouble.take() {
             return Err(trouble);
         }
-        let row = EnergyRow {
-            kinetic: energies.kinetic,
-            strain: energies.strain,
-            contact: energies.contact,
-            friction_dissipated: energies.friction_dissipated,
-            damping_dissipated: 0.0,
-            external_work: energies.external_work,
-            numerical: energies.numerical,
-            total: energies.total(),
-        };
-        self.energy.row(self.step, self.time, &row)
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        let own = ENERGY_COLUMNS.iter().flat_map(|column| column.cells::<D>(energies));
+        self.energy.row(&head.chain(own).collect::<Vec<_>>())
     }
 
     /// Writes one row of momentum.
@@ -230,8 +207,9 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// The file can not be written.
     pub fn momentum(&mut self, momentum: &Momentum) -> Result<()> {
-        let Momentum { linear, angular } = *momentum;
-        self.momentum.row(self.step, self.time, &MomentumRow { linear, angular })
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        let own = MOMENTUM_COLUMNS.iter().flat_map(|column| column.cells::<D>(momentum));
+        self.momentum.row(&head.chain(own).collect::<Vec<_>>())
     }
 
     /// Writes one row for an iteration.
@@ -242,16 +220,7 @@ impl<const D: usize> Tables<D> {
     }
 }
 
-fn probe_contact(contact: NodalContact) -> ProbeContact {
-    ProbeContact {
-        contact_pressure: contact.normal_traction,
-        traction_t: contact.friction_traction,
-        gap: Some(contact.gap),
-        slip_velocity: contact.slip_velocity,
-        status: match contact.status {
-            PointStatus::Open => Status::Open,
-            PointStatus::Stick => Status::Stick,
-            PointStatus::Slip => Status::Slip,
-        },
-    }
+/// Headings of the columns of a table.
+fn columns<const D: usize, S: 'static>(table: &[Column<S>]) -> Vec<String> {
+    headings::<D>(table.iter().map(|column| &column.quantity))
 }

@@ -34,17 +34,8 @@ use super::zone::{Zone, ZoneState};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
+use crate::presets::Passes;
 use crate::terms::Terms;
-
-/// When the system on W is solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Passes {
-    /// Before and after the cycle of multigrid.
-    #[default]
-    Around,
-    /// Only before the cycle: cheaper, and worse by a third.
-    Before,
-}
 
 /// Settings of the preconditioner in the case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 //! Choice of the first linear solver and of those that follow when it fails.
 
 use super::filtered_amg::FilteredAmgSettings;
-use super::presets::{CG_FILTERED_AMG, FILTERED_AMG, Preset, TWO_STAGE};
 use super::two_stage::TwoStageSettings;
 use crate::error::{Error, Result};
 use crate::petsc::Format;
+use crate::presets::Preset;
 
 /// Linear solver that the case requests.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,12 +73,12 @@ impl Problem {
         match (self.is_small(), symmetric, self.dynamic) {
             (true, true, _) => &["cholesky", "direct"],
             (true, false, _) => &["direct"],
-            (false, true, true) if self.contact => &["cg_icc", CG_FILTERED_AMG, "cholesky", "direct"],
+            (false, true, true) if self.contact => &["cg_icc", "cg_filtered_amg", "cholesky", "direct"],
             (false, true, true) => &["cg_icc", "cholesky", "direct"],
             (false, true, false) if !self.contact => &["cg_amg", "cg_icc", "cholesky", "direct"],
-            (false, true, false) => &[CG_FILTERED_AMG, "cg_icc", "cholesky", "direct"],
-            (false, false, false) if self.contact => &[FILTERED_AMG, "gmres_asm_ilu", "direct"],
-            (false, false, true) if self.contact => &["gmres_asm_ilu", FILTERED_AMG, "direct"],
+            (false, true, false) => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
+            (false, false, false) if self.contact => &["filtered_amg", "gmres_asm_ilu", "direct"],
+            (false, false, true) if self.contact => &["gmres_asm_ilu", "filtered_amg", "direct"],
             (false, false, _) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
         }
     }
@@ -107,7 +107,7 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
     let names: Vec<&str> = match choice {
         LinearChoice::Auto => problem.names().to_vec(),
         LinearChoice::Named("direct") => vec!["direct"],
-        LinearChoice::TwoStage(_) => vec![TWO_STAGE, "gmres_asm_ilu", "direct"],
+        LinearChoice::TwoStage(_) => vec!["two_stage", "gmres_asm_ilu", "direct"],
         LinearChoice::Named(name) => vec![name, "direct"],
         LinearChoice::FilteredAmg(name, _) if problem.symmetric => vec![name, "direct"],
         LinearChoice::FilteredAmg(name, _) => vec![name, "gmres_asm_ilu", "direct"],

@@ -9,8 +9,8 @@ use serde_json::Value;
 use super::fatigue::SetupAge;
 use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
 use super::ladder::{LinearChoice, Problem, ladder};
+use super::one_rank::on_one_rank;
 use super::own::{CustomPreconditioner, Origin, source_of};
-use super::presets::{Preset, on_one_rank};
 use super::subdomain::Subdomain;
 use super::tried::LinearAttempt;
 use super::two_stage::{TwoStage, TwoStageSettings};
@@ -18,6 +18,7 @@ use super::users_options::{beside_the_users, refuse_symmetric_method};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
+use crate::presets::Preset;
 
 /// Result of a linear solve.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -18,27 +18,17 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::own::{CustomPreconditioner, Origin, source_of, stored};
-use super::presets::Preset;
 use crate::dynamics::{MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
+use crate::presets::{Preset, Second};
 use crate::terms::Terms;
-
-/// Operator of the second half of an application.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SecondOperator {
-    /// The operator of stage I again. It only compensates for the friction-normal coupling.
-    #[default]
-    Coupling,
-    /// The operator of the paper's stage II, with normal components kept at contact nodes.
-    FrictionStage,
-}
 
 /// Settings of the preconditioner in the case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TwoStageSettings {
     /// Operator of the second half.
-    pub second: SecondOperator,
+    pub second: Second,
     /// Preset for the symmetric matrices. `None` selects it from the properties of the problem.
     pub inner: Option<&'static str>,
 }
@@ -108,14 +98,14 @@ impl TwoStage {
     ///
     /// # Errors
     /// If memory is insufficient, or the inner preset is not one for symmetric matrices.
-    pub fn new(origin: &Origin, second: SecondOperator, inner: &str) -> Result<Self> {
+    pub fn new(origin: &Origin, second: Second, inner: &str) -> Result<Self> {
         let preset = Preset::named(inner).filter(|preset| preset.symmetric).ok_or_else(|| {
             Error::case(format!("'{inner}' does not solve the symmetric systems of two_stage"))
                 .hint("known: cholesky, cg_icc, cg_amg, cg_jacobi")
         })?;
         let friction = match second {
-            SecondOperator::Coupling => None,
-            SecondOperator::FrictionStage => Some(Half::new(origin, Terms::FRICTION_STAGE, preset)?),
+            Second::Coupling => None,
+            Second::FrictionStage => Some(Half::new(origin, Terms::FRICTION_STAGE, preset)?),
         };
         Ok(Self {
             normal: Half::new(origin, Terms::NORMAL_STAGE, preset)?,

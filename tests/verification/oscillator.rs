@@ -6,7 +6,7 @@ use std::rc::Rc;
 use contact_petsc::case::Units;
 use contact_petsc::dynamics::{
     Augmentation, ContactMonitor, Continuation, Equations, FloatingBodies, Lift, MultigridHints, Residual,
-    Stage, Staging,
+    Resumption, Stage, Staging,
 };
 use contact_petsc::error::{Error, Result};
 use contact_petsc::petsc::{BlockPattern, Format, Matrix, Session, Vector};

@@ -1,6 +1,6 @@
 //! Checks of `accuracy`.
 
-use super::super::{PenetrationTolerance, Scheme};
+use super::super::PenetrationTolerance;
 use super::Check;
 use crate::reader::quantity::Number;
 
@@ -30,7 +30,7 @@ impl Check<'_> {
         self.part("the slip", accuracy.slip);
         self.part("the error in time", accuracy.time);
         self.part("the energy", accuracy.energy);
-        let massless = matches!(self.case.time.scheme.value, Scheme::Static { .. });
+        let massless = self.case.time.scheme.value.is_static();
         let timed = accuracy.time.filter(|time| massless && time.place.line > 0);
         if let Some(time) = timed {
             self.found.say(

@@ -3,7 +3,7 @@
 use super::super::{Contact, Linear, Scheme, Start, Strategy};
 use super::Check;
 use crate::reader::at::At;
-use crate::reader::quantity::Number;
+use crate::schemes::Static;
 
 /// More steps than that are a slip of the pen: at a million a day they take three years.
 const MOST_STEPS: f64 = 1e9;
@@ -32,24 +32,9 @@ impl Check<'_> {
             time.cuts.place,
             format!("a step can be halved 30 times at most, not {}", time.cuts.value),
         );
-        match &time.scheme.value {
-            Scheme::Newmark { beta, gamma } => {
-                self.within("beta", beta, [0.0, 0.5]);
-                self.found.require(
-                    beta.value != 0.0,
-                    beta.place,
-                    "beta = 0 is an explicit scheme, which is not available",
-                );
-                self.within("gamma", gamma, [0.5, 1.0]);
-            }
-            Scheme::Hht { spectral_radius } => {
-                self.within("the spectral radius of hht", spectral_radius, [0.5, 1.0])
-            }
-            Scheme::GeneralizedAlpha { spectral_radius } => {
-                self.within("the spectral radius", spectral_radius, [0.0, 1.0]);
-            }
-            Scheme::BackwardEuler | Scheme::Midpoint | Scheme::Conserving => {}
-            Scheme::Static { increments } => self.increments(increments.as_ref()),
+        time.scheme.law().check(&mut self.found);
+        if let Scheme::Static(Static { increments }) = &time.scheme.value {
+            self.increments(increments.as_ref());
         }
         if time.step.is_none() && !self.case.is_static() {
             self.found.say(time.end.place, "the key 'step' is missing in addition to 'end'");
@@ -80,11 +65,6 @@ impl Check<'_> {
     fn at_most(&mut self, what: &str, count: &At<u32>) {
         let message = format!("{what} must be at most {MOST_INCREMENTS}, found {}", count.value);
         self.found.require(count.value <= MOST_INCREMENTS, count.place, message);
-    }
-
-    fn within(&mut self, what: &str, value: &Number, [low, high]: [f64; 2]) {
-        let message = format!("{what} must be between {low} and {high}, found {}", value.value);
-        self.found.require((low..=high).contains(&value.value), value.place, message);
     }
 
     pub(super) fn start(&mut self) {
@@ -143,8 +123,7 @@ impl Check<'_> {
     /// Forces that conserve over a step have a matrix of their own kind.
     fn conserving(&mut self) {
         let solver = &self.case.solver;
-        if self.case.time.scheme.value == Scheme::Conserving && solver.strategy.value != Strategy::Monolithic
-        {
+        if self.case.time.scheme.value.conserves() && solver.strategy.value != Strategy::Monolithic {
             self.found.say(
                 solver.strategy.place,
                 "the conserving scheme solves normal contact and friction together in each step",

@@ -9,6 +9,7 @@ use super::{GOOD, with};
 use crate::contact::friction::coefficient::Constant;
 use crate::contact::friction::{Coulomb, FrictionLaw, FrictionPowerLaw, Regularization};
 use crate::contact::normal::{NormalLaw, NormalPowerLaw};
+use crate::schemes::Static;
 
 fn shipped() -> Vec<PathBuf> {
     let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes");
@@ -342,5 +343,5 @@ fn defaults_are_completed() {
         );
     let case = Case::parse(&stat, "case.yml").unwrap_or_else(|error| panic!("{error}"));
     assert!(case.is_static() && case.start.is_none() && (case.time.step() - 0.07 / 4.0).abs() < 1e-16);
-    assert!(matches!(case.time.scheme.value, Scheme::Static { increments: None }));
+    assert!(matches!(case.time.scheme.value, Scheme::Static(Static { increments: None })));
 }

@@ -12,11 +12,12 @@ use super::journal::Journal;
 use super::options;
 use super::state_part::StatePart;
 use crate::advice::precision::Precision;
-use crate::assembly::{Asked, ContactSystem, Energies, NamedFields, StoredState};
+use crate::assembly::{Asked, ContactSystem, NamedFields, StoredState};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::model::Model;
+use crate::observe::energy::Energies;
 use crate::petsc::Vector;
 use crate::solvers::SolveReport;
 use crate::time::StepControl;
@@ -67,7 +68,7 @@ fn penetration(case: &Case) -> Option<Asked> {
 /// are differences of the contact energy. The achieved penetration and slip are reported
 /// nevertheless.
 pub fn keeps_laws(case: &Case) -> bool {
-    case.time.scheme.value == crate::case::Scheme::Conserving
+    case.time.scheme.value.conserves()
 }
 
 /// Whether the step length follows the estimated errors.

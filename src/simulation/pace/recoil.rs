@@ -7,6 +7,7 @@
 //! whatever the order of the scheme, and no difference of displacements detects it.
 
 use crate::assembly::ContactSystem;
+use crate::observe::contact::{self, ContactLoad};
 
 /// Average uncertainty of the instant of a landing, as a fraction of the step.
 const UNKNOWN: f64 = 0.5;
@@ -14,11 +15,8 @@ const UNKNOWN: f64 = 0.5;
 /// Magnitudes of the contact forces at the trial state \[N\]; 0 for a contact that only touches.
 /// Collective.
 pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
-    let load = |contact: crate::assembly::ContactSummary<D>| match contact.zone.pressing {
-        0 => 0.0,
-        _ => contact.zone.force.norm(),
-    };
-    system.contact_summaries().into_iter().map(load).collect()
+    let load = |load: ContactLoad<D>| if load.pressing == 0 { 0.0 } else { load.force.norm() };
+    contact::loads(system).into_iter().map(load).collect()
 }
 
 /// Error of the speed, divided by the length of the step, when contacts close as a whole or open as

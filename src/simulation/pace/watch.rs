@@ -6,11 +6,13 @@ use serde_json::Value;
 use super::past::StepHistory;
 use super::recoil;
 use super::shortest::{MinimumStepWatch, Shortest};
-use crate::assembly::{ContactSystem, Energies, NamedFields, StoredState, Stuck};
+use crate::assembly::{ContactSystem, NamedFields, StoredState, Stuck};
 use crate::case::{Accuracy, Case};
 use crate::contact::friction::Regularization;
 use crate::dynamics::{Augmentation, Stage, State};
 use crate::error::Result;
+use crate::observe::contact;
+use crate::observe::energy::Energies;
 use crate::output::accuracy::{AccuracyRecord, Errors};
 use crate::reader::quantity::Number;
 use crate::simulation::options;
@@ -110,7 +112,7 @@ impl ErrorController {
         let budget = |part: Option<Number>| part.map(|part| Budget::new(part.value));
         let adapts = accuracy.time.is_some() && scheme.local_error().is_some();
         let past = super::kept(case, &stage.start.u)?;
-        let pressing = system.contact_summaries().iter().map(|contact| contact.zone.pressing as u64).sum();
+        let pressing = contact::loads(system).iter().map(|load| load.pressing).sum();
         let mut watch = Self {
             accuracy,
             scheme,

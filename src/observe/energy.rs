@@ -1,10 +1,10 @@
 //! Energy ledger (4.12): stored energies, work, heat and the numerical loss of the integration.
-//! Also the momentum.
+//! Also the momentum. One entry of [`ENERGY_COLUMNS`] is one column of `energy.csv`, one of
+//! [`MOMENTUM_COLUMNS`] a vector in `momentum.csv`.
 
-use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
-
-use super::system::ContactSystem;
+use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
+use super::reduce::sum_over_ranks;
+use crate::assembly::ContactSystem;
 use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
@@ -30,10 +30,10 @@ pub struct Energies {
 impl Energies {
     /// Whether all energies are finite.
     pub fn is_finite(&self) -> bool {
-        let Self { kinetic, strain, contact, friction_dissipated, external_work, numerical } = self;
-        [kinetic, strain, contact, friction_dissipated, external_work, numerical]
-            .iter()
-            .all(|e| e.is_finite())
+        ENERGY_COLUMNS.iter().all(|column| match column.value {
+            Value::Number(energy) => energy(self).is_finite(),
+            _ => true,
+        })
     }
 
     /// Sum of kinetic, strain and contact energy.
@@ -41,6 +41,48 @@ impl Energies {
         self.kinetic + self.strain + self.contact
     }
 }
+
+/// The table of the energies.
+pub const ENERGY_FILE: TableFile =
+    TableFile { name: "energy.csv", rows: "one per step", keys: &[STEP, TIME] };
+
+/// The table of the momentum.
+pub const MOMENTUM_FILE: TableFile =
+    TableFile { name: "momentum.csv", rows: "one per step", keys: &[STEP, TIME] };
+
+/// The columns of `energy.csv` after step and time.
+pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
+    energy("kinetic", "kinetic energy", |energies| energies.kinetic),
+    energy("strain", "strain energy of the bodies", |energies| energies.strain),
+    energy("contact", "energy stored by the contact laws", |energies| energies.contact),
+    energy("friction_dissipated", "heat from friction since the start", |energies| {
+        energies.friction_dissipated
+    }),
+    energy("damping_dissipated", "heat from damping; zero, because there is no damping law", |_| 0.0),
+    energy("external_work", "work of loads and supports since the start", |energies| energies.external_work),
+    energy("numerical", "energy that the balance leaves over", |energies| energies.numerical),
+    energy("total", "sum of kinetic, strain and contact energy", Energies::total),
+];
+
+const fn energy(name: &'static str, about: &'static str, value: fn(&Energies) -> f64) -> Column<Energies> {
+    Column { quantity: Quantity::number(name, "J", about), value: Value::Number(value) }
+}
+
+/// The columns of `momentum.csv` after step and time.
+pub const MOMENTUM_COLUMNS: &[Column<Momentum>] = &[
+    Column {
+        quantity: Quantity::vector("linear", "N s", "linear momentum of all bodies"),
+        value: Value::Vector(|momentum| momentum.linear),
+    },
+    Column {
+        quantity: Quantity::rotation(
+            "angular",
+            "N m s",
+            "angular momentum of all bodies about the origin, at the current positions",
+        ),
+        value: Value::Vector(|momentum| momentum.angular),
+    },
+];
 
 /// Total momentum of all bodies at one instant, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -60,6 +102,8 @@ pub struct EnergyLedger {
     now: Energies,
     momentum: Momentum,
     reactions: Vector,
+    /// Momenta of the nodes \[N s\].
+    momenta: Vector,
     /// The previous load step, in statics.
     last: Option<LoadStep>,
     /// Bound on the error of the work \[J\].
@@ -73,6 +117,16 @@ pub struct SavedLedger {
     momentum: Momentum,
     last: Option<LoadStep>,
     work_error: f64,
+}
+
+/// Energies at the end of a step, and heat and work of the step \[J\].
+#[derive(Debug, Clone, Copy, Default)]
+struct StepEnergies {
+    kinetic: f64,
+    strain: f64,
+    contact: f64,
+    heat: f64,
+    work: f64,
 }
 
 /// Changes in a load step, on owned unknowns.
@@ -106,16 +160,20 @@ pub struct Balances {
 
 impl EnergyLedger {
     /// Creates a ledger without any energy. The reactions are written to `reactions`.
-    pub fn empty(reactions: Vector) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn empty(reactions: Vector) -> Result<Self> {
+        Ok(Self {
             drive: vec![0.0; reactions.owned_len()],
             at_start: 0.0,
             now: Energies::default(),
             momentum: Momentum::default(),
+            momenta: reactions.like()?,
             reactions,
             last: None,
             work_error: 0.0,
-        }
+        })
     }
 
     /// Returns the numbers that are needed to resume.
@@ -173,8 +231,8 @@ impl EnergyLedger {
         stage: &mut Stage,
         reactions: Vector,
     ) -> Result<Self> {
-        let mut ledger = Self::empty(reactions);
-        let [kinetic, strain, contact, ..] = ledger.step(system, stage, 0.0)?;
+        let mut ledger = Self::empty(reactions)?;
+        let StepEnergies { kinetic, strain, contact, .. } = ledger.step(system, stage, 0.0)?;
         ledger.now = Energies { kinetic, strain, contact, ..Energies::default() };
         ledger.at_start = ledger.now.total();
         Ok(ledger)
@@ -192,7 +250,7 @@ impl EnergyLedger {
     ) -> Result<Energies> {
         let dt = stage.dt;
         let before = (!stage.inertia).then(|| self.drive.clone());
-        let [kinetic, strain, contact, heat, work] = self.step(system, stage, dt)?;
+        let StepEnergies { kinetic, strain, contact, heat, work } = self.step(system, stage, dt)?;
         before.map_or(Ok(()), |before| self.add_work_error(system, stage, &before))?;
         let friction_dissipated = self.now.friction_dissipated + heat;
         let external_work = self.now.external_work + work;
@@ -262,11 +320,9 @@ impl EnergyLedger {
         let motion: Vec<f64> = now.iter().zip(start.iter()).map(difference).collect();
         let last = self.last.take();
         let mut step = LoadStep { drive, motion, dt: stage.dt, area: 0.0, first: last.is_none() };
-        let own = [step.own_area(), last.as_ref().map_or(0.0, |last| last.cross(&step))];
-        let mut total = [0.0f64; 2];
-        system.session.world().all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
-        let cross = total[1];
-        step.area = total[0];
+        let mut cross = last.as_ref().map_or(0.0, |last| last.cross(&step));
+        step.area = step.own_area();
+        sum_over_ranks(system.session().world(), [&mut step.area, &mut cross]);
         self.work_error += match &last {
             None => 0.5 * step.area,
             Some(last) => {
@@ -279,41 +335,62 @@ impl EnergyLedger {
         Ok(())
     }
 
-    /// Computes kinetic, strain and contact energy, and heat and work of the step.
+    /// Computes the energies of the step on all ranks. Collective.
     fn step<const D: usize>(
         &mut self,
         system: &mut ContactSystem<D>,
         stage: &mut Stage,
         dt: f64,
-    ) -> Result<[f64; 5]> {
+    ) -> Result<StepEnergies> {
         system.imbalance(stage, &mut self.reactions)?;
-        let (kinetic, momentum) = system.motion(stage)?;
-        let mut own = [0.0; 11];
-        own[0] = kinetic;
-        own[5..8].copy_from_slice(&momentum.linear);
-        own[8..11].copy_from_slice(&momentum.angular);
         let u = stage.trial.u.local();
-        own[1] = system.solids.iter().map(|solid| solid.group.strain_energy(&u, &system.local.mine)).sum();
-        for contact in &system.contacts {
+        let mut own = StepEnergies { strain: system.strain_energy(&u), ..StepEnergies::default() };
+        (own.kinetic, self.momentum) = self.motion(system, stage)?;
+        for contact in system.contacts() {
             let energy = contact.energy(dt);
-            own[2] += energy.stored;
-            own[3] += energy.heat_of_step;
+            own.contact += energy.stored;
+            own.heat += energy.heat_of_step;
         }
         let (reactions, before) = (self.reactions.owned(), stage.start.u.owned());
-        let constrained = &system.supports.dofs.constrained;
+        let (constrained, external) = (system.constrained(), system.external_forces());
         for (i, drive) in self.drive.iter_mut().enumerate() {
             let reaction = if constrained[i] { reactions[i] } else { 0.0 };
-            let now = system.parts.external[i] + reaction;
+            let now = external[i] + reaction;
             // Over a step that conserves energy, the present forces acted during the whole step.
             let mean = if stage.over_step == OverStep::End { now } else { 0.5 * (*drive + now) };
-            own[4] += mean * (u[i] - before[i]);
+            own.work += mean * (u[i] - before[i]);
             *drive = now;
         }
-        let mut total = [0.0; 11];
-        system.session.world().all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
-        let three = |k: usize| [total[k], total[k + 1], total[k + 2]];
-        self.momentum = Momentum { linear: three(5), angular: three(8) };
-        Ok([total[0], total[1], total[2], total[3], total[4]])
+        let StepEnergies { kinetic, strain, contact, heat, work } = &mut own;
+        let Momentum { linear, angular } = &mut self.momentum;
+        let energies = [kinetic, strain, contact, heat, work].into_iter();
+        sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular));
+        Ok(own)
+    }
+
+    /// This rank's parts of `v . M v / 2` \[J\] and of the momentum at the trial state. Collective.
+    fn motion<const D: usize>(
+        &mut self,
+        system: &ContactSystem<D>,
+        stage: &Stage,
+    ) -> Result<(f64, Momentum)> {
+        if !system.momenta(&stage.trial.v, &mut self.momenta)? {
+            return Ok((0.0, Momentum::default()));
+        }
+        let (u, v, p) = (stage.trial.u.owned(), stage.trial.v.owned(), self.momenta.owned());
+        let kinetic = 0.5 * v.iter().zip(p.iter()).map(|(v, p)| v * p).sum::<f64>();
+        let mut momentum = Momentum::default();
+        let points = &system.local().mesh.points;
+        for ((place, u), p) in points.iter().zip(u.chunks_exact(D)).zip(p.chunks_exact(D)) {
+            let at = |i: usize| if i < D { place[i] + u[i] } else { 0.0 };
+            let p = |i: usize| if i < D { p[i] } else { 0.0 };
+            for i in 0..3 {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                momentum.linear[i] += p(i);
+                momentum.angular[i] += at(j) * p(k) - at(k) * p(j);
+            }
+        }
+        Ok((kinetic, momentum))
     }
 }
 
@@ -358,30 +435,43 @@ impl LoadStep {
     }
 }
 
-impl<const D: usize> ContactSystem<D> {
-    /// This rank's parts of `v . M v / 2` \[J\] and of the momentum at the trial state. Collective.
-    fn motion(&mut self, stage: &Stage) -> Result<(f64, Momentum)> {
-        let Some(mass) = &self.mass else { return Ok((0.0, Momentum::default())) };
-        mass.multiply(&stage.trial.v, &mut self.inertia)?;
-        let (u, v, p) = (stage.trial.u.owned(), stage.trial.v.owned(), self.inertia.owned());
-        let kinetic = 0.5 * v.iter().zip(p.iter()).map(|(v, p)| v * p).sum::<f64>();
-        let mut momentum = Momentum::default();
-        for ((place, u), p) in self.local.mesh.points.iter().zip(u.chunks_exact(D)).zip(p.chunks_exact(D)) {
-            let at = |i: usize| if i < D { place[i] + u[i] } else { 0.0 };
-            let p = |i: usize| if i < D { p[i] } else { 0.0 };
-            for i in 0..3 {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                momentum.linear[i] += p(i);
-                momentum.angular[i] += at(j) * p(k) - at(k) * p(j);
-            }
-        }
-        Ok((kinetic, momentum))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The headers of `energy.csv` and `momentum.csv`; components that do not exist in 2D are left
+    /// out.
+    #[test]
+    fn headers_follow_the_contract() {
+        use super::super::quantity::headings;
+        let energies = headings::<2>(ENERGY_COLUMNS.iter().map(|column| &column.quantity)).join(",");
+        assert_eq!(
+            energies,
+            "kinetic [J],strain [J],contact [J],friction_dissipated [J],damping_dissipated [J],external_work [J],\
+             numerical [J],total [J]"
+        );
+        let momentum = || MOMENTUM_COLUMNS.iter().map(|column| &column.quantity);
+        let plane = headings::<2>(momentum()).join(",");
+        assert_eq!(plane, "linear_x [N s],linear_y [N s],angular_z [N m s]");
+        assert_eq!(headings::<3>(momentum()).len(), 6);
+    }
+
+    /// Each energy is under its name.
+    #[test]
+    fn energies_are_under_their_names() {
+        let energies = Energies {
+            kinetic: 1.0,
+            strain: 2.0,
+            contact: 3.0,
+            friction_dissipated: 4.0,
+            external_work: 6.0,
+            numerical: 7.0,
+        };
+        let cells: Vec<_> = ENERGY_COLUMNS.iter().flat_map(|column| column.cells::<2>(&energies)).collect();
+        let expected = [1.0, 2.0, 3.0, 4.0, 0.0, 6.0, 7.0, 6.0].map(super::super::quantity::Cell::Number);
+        assert_eq!(cells, expected);
+        assert!(energies.is_finite() && !Energies { numerical: f64::NAN, ..energies }.is_finite());
+    }
 
     /// A step from `t` of a force `t^power` along a displacement `t`, and the error of the
     /// trapezoidal rule in it.

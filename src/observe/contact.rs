@@ -1,0 +1,378 @@
+//! `contact.csv`: quantities of each contact. One entry of [`ContactColumn::TABLE`] is one column.
+
+use super::quantity::{Cell, Quantity, STEP, TIME, TableFile};
+use super::reduce::{max_over_ranks, sum_over_ranks};
+use crate::assembly::{ContactSystem, LocalContact};
+use crate::contact::history::History;
+use crate::contact::point::{PointState, Status};
+use crate::petsc::Vector;
+use crate::tensor::Vector as Point;
+
+/// The table of all contacts.
+pub const CONTACT_FILE: TableFile = TableFile {
+    name: "contact.csv",
+    rows: "one per step and contact",
+    keys: &[STEP, TIME, Quantity::number("contact", "", "name of the contact in the case")],
+};
+
+/// A contact point at the trial state.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactPoint<'a, const D: usize> {
+    /// Gap, tractions, slip, area, status.
+    pub state: &'a PointState<D>,
+    /// Slip path and frictional work up to the last accepted step.
+    pub history: &'a History<D>,
+    /// Current position \[m\].
+    pub position: Point<D>,
+    /// Distance up to which gaps are known \[m\].
+    pub reach: f64,
+}
+
+impl<'a, const D: usize> ContactPoint<'a, D> {
+    /// The point `vertex` of a contact at the local displacements `u` \[m\].
+    pub fn new(contact: &'a LocalContact<D>, vertex: usize, u: &[f64]) -> Self {
+        let first = contact.vertices()[vertex] as usize * D;
+        Self {
+            state: &contact.state.current[vertex],
+            history: &contact.state.history[vertex],
+            position: contact.reference_point(vertex) + Point::from_fn(|i, _| u[first + i]),
+            reach: contact.pair.reach(),
+        }
+    }
+
+    /// All points of a contact on this rank.
+    fn all(contact: &'a LocalContact<D>, u: &'a [f64]) -> impl Iterator<Item = Self> + Clone {
+        (0..contact.vertices().len()).map(|vertex| Self::new(contact, vertex, u))
+    }
+}
+
+/// Reduction over the closed points of a contact and over the ranks. Integrals are over the area.
+#[derive(Debug, Clone, Copy)]
+pub enum OverPoints<const D: usize> {
+    /// Number of closed points for which the condition holds.
+    Count(fn(&ContactPoint<D>) -> bool),
+    /// `sum A f`.
+    Integral(fn(&ContactPoint<D>) -> f64),
+    /// `sum A f` of a vector.
+    VectorIntegral(fn(&ContactPoint<D>) -> Point<D>),
+    /// Length of `sum A f` of a vector.
+    LengthOfIntegral(fn(&ContactPoint<D>) -> Point<D>),
+    /// Mean of `value` with the weight `A weight`. Absent if the weights sum up to zero.
+    Mean {
+        /// The value.
+        value: fn(&ContactPoint<D>) -> f64,
+        /// Its weight per area.
+        weight: fn(&ContactPoint<D>) -> f64,
+    },
+    /// Largest value, at least 0.
+    Largest(fn(&ContactPoint<D>) -> f64),
+    /// Largest value of all points, open ones included, at least 0.
+    LargestOfAll(fn(&ContactPoint<D>) -> f64),
+}
+
+impl<const D: usize> OverPoints<D> {
+    /// The reduction in a word or two.
+    pub fn about(&self) -> &'static str {
+        match self {
+            Self::Count(_) => "count",
+            Self::Integral(_) | Self::VectorIntegral(_) => "integral",
+            Self::LengthOfIntegral(_) => "length of the integral",
+            Self::Mean { .. } => "weighted mean",
+            Self::Largest(_) | Self::LargestOfAll(_) => "largest",
+        }
+    }
+}
+
+/// A quantity of a contact.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactColumn<const D: usize> {
+    /// Name, unit and meaning.
+    pub quantity: Quantity,
+    /// The value.
+    pub value: OverPoints<D>,
+}
+
+impl<const D: usize> ContactColumn<D> {
+    /// The columns of `contact.csv` after step, time and the name of the contact.
+    pub const TABLE: &'static [Self] = &[
+        Self::FORCE_N,
+        Self {
+            quantity: Quantity::vector("force", "N", "resultant on the contactor, friction included"),
+            value: OverPoints::VectorIntegral(|point| force(point.state)),
+        },
+        Self {
+            quantity: Quantity::number(
+                "force_t",
+                "N",
+                "friction on the contactor: in 2D with the sign of its component along the tangent, the normal of \
+                 the target turned clockwise; in 3D the length of the resultant",
+            ),
+            value: if D == 2 {
+                OverPoints::Integral(|point| point.state.along(&point.state.friction_traction))
+            } else {
+                OverPoints::LengthOfIntegral(|point| point.state.friction_traction)
+            },
+        },
+        Self {
+            quantity: Quantity::number("area", "m2", "area of the contact zone"),
+            value: OverPoints::Integral(|_| 1.0),
+        },
+        Self {
+            quantity: Quantity::number("points", "", "closed contact points"),
+            value: OverPoints::Count(|_| true),
+        },
+        Self {
+            quantity: Quantity::number("stick", "", "points that stick"),
+            value: OverPoints::Count(|point| point.state.status == Status::Stick),
+        },
+        Self {
+            quantity: Quantity::number("slip", "", "points that slip"),
+            value: OverPoints::Count(|point| point.state.status == Status::Slip),
+        },
+        Self::MAX_PENETRATION,
+        Self {
+            quantity: Quantity::number("max_pressure", "Pa", "largest normal traction of a point"),
+            value: OverPoints::Largest(|point| point.state.normal_traction),
+        },
+        Self {
+            quantity: Quantity::number("friction_power", "W", "power that friction takes at this instant"),
+            value: OverPoints::Integral(|point| point.state.friction_power()),
+        },
+    ];
+
+    /// Normal force.
+    pub const FORCE_N: Self = Self {
+        quantity: Quantity::number(
+            "force_n",
+            "N",
+            "integral of the normal traction, positive in compression",
+        ),
+        value: OverPoints::Integral(|point| point.state.normal_traction),
+    };
+
+    /// Largest penetration of a point.
+    pub const MAX_PENETRATION: Self = Self {
+        quantity: Quantity::number("max_penetration", "m", "largest penetration of a point"),
+        value: OverPoints::Largest(|point| -point.state.gap),
+    };
+
+    /// Largest depth between the points, for the record.
+    pub const DEPTH_BETWEEN: Self = Self {
+        quantity: Quantity::number(
+            "depth_between",
+            "m",
+            "largest known depth below the target, also between points",
+        ),
+        value: OverPoints::LargestOfAll(|point| point.state.sunk),
+    };
+
+    /// Sums and maxima on this rank.
+    fn tally<'a>(&self, points: impl Iterator<Item = ContactPoint<'a, D>>) -> Tally {
+        let is_closed = |point: &ContactPoint<D>| point.state.is_closed();
+        let sum = |sum: f64| Tally { sums: vec![sum], most: 0.0 };
+        match self.value {
+            OverPoints::Count(holds) => {
+                sum(points.filter(is_closed).filter(|point| holds(point)).count() as f64)
+            }
+            OverPoints::Integral(value) => {
+                sum(points.filter(is_closed).fold(0.0, |sum, point| sum + value(&point) * point.state.area))
+            }
+            OverPoints::VectorIntegral(value) | OverPoints::LengthOfIntegral(value) => {
+                let zero = Point::<D>::zeros();
+                let total =
+                    points.filter(is_closed).fold(zero, |sum, point| sum + value(&point) * point.state.area);
+                Tally { sums: total.iter().copied().collect(), most: 0.0 }
+            }
+            OverPoints::Mean { value, weight } => {
+                let mut sums = vec![0.0; 2];
+                points.filter(is_closed).for_each(|point| {
+                    let weight = weight(&point) * point.state.area;
+                    sums[0] += weight * value(&point);
+                    sums[1] += weight;
+                });
+                Tally { sums, most: 0.0 }
+            }
+            OverPoints::Largest(value) => Tally {
+                sums: Vec::new(),
+                most: points.filter(is_closed).fold(0.0, |most, point| value(&point).max(most)),
+            },
+            OverPoints::LargestOfAll(value) => {
+                Tally { sums: Vec::new(), most: points.fold(0.0, |most, point| value(&point).max(most)) }
+            }
+        }
+    }
+
+    /// The cells from the sums and maxima over all ranks.
+    fn cells(&self, tally: &Tally) -> Vec<Cell<'static>> {
+        match self.value {
+            OverPoints::Count(_) => vec![Cell::Count(tally.sums[0] as u64)],
+            OverPoints::Integral(_) | OverPoints::VectorIntegral(_) => {
+                tally.sums.iter().copied().map(Cell::Number).collect()
+            }
+            OverPoints::LengthOfIntegral(_) => {
+                vec![Cell::Number(Point::<D>::from_fn(|i, _| tally.sums[i]).norm())]
+            }
+            OverPoints::Mean { .. } => {
+                vec![(tally.sums[1] != 0.0).then(|| tally.sums[0] / tally.sums[1]).into()]
+            }
+            OverPoints::Largest(_) | OverPoints::LargestOfAll(_) => vec![Cell::Number(tally.most)],
+        }
+    }
+}
+
+/// Force on the contactor per area.
+fn force<const D: usize>(state: &PointState<D>) -> Point<D> {
+    state.normal * (state.normal_traction * state.flatness) + state.friction_traction
+}
+
+/// Partial result of a column.
+struct Tally {
+    sums: Vec<f64>,
+    most: f64,
+}
+
+/// The quantities of one contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactReport {
+    /// Name of the contact.
+    pub name: String,
+    /// Mean size of a facet of the contactor \[m\].
+    pub facet: f64,
+    /// Cells of each column by its name.
+    values: Vec<(&'static str, Vec<Cell<'static>>)>,
+}
+
+impl ContactReport {
+    /// The cells of `contact.csv` after step, time and the name of the contact.
+    pub fn cells<const D: usize>(&self) -> Vec<Cell<'_>> {
+        ContactColumn::<D>::TABLE.iter().flat_map(|column| self.of(column)).copied().collect()
+    }
+
+    /// A number.
+    pub fn number<const D: usize>(&self, column: &ContactColumn<D>) -> f64 {
+        match self.of(column) {
+            [Cell::Number(value)] => *value,
+            _ => 0.0,
+        }
+    }
+
+    fn of<const D: usize>(&self, column: &ContactColumn<D>) -> &[Cell<'static>] {
+        let found = self.values.iter().find(|(name, _)| *name == column.quantity.name);
+        found.map_or(&[], |(_, cells)| cells)
+    }
+}
+
+/// Reports all contacts at the displacement `u` \[m\], with the same result on all ranks.
+/// Collective.
+pub fn reports<const D: usize>(system: &ContactSystem<D>, u: &Vector) -> Vec<ContactReport> {
+    let world = system.session().world();
+    let u = u.local();
+    let report = |contact: &LocalContact<D>| {
+        let points = ContactPoint::all(contact, &u);
+        let columns = || ContactColumn::<D>::TABLE.iter().chain([&ContactColumn::DEPTH_BETWEEN]);
+        let mut tallies: Vec<Tally> = columns().map(|column| column.tally(points.clone())).collect();
+        sum_over_ranks(world, tallies.iter_mut().flat_map(|tally| &mut tally.sums));
+        max_over_ranks(world, tallies.iter_mut().map(|tally| &mut tally.most));
+        let values = columns().zip(&tallies);
+        let values = values.map(|(column, tally)| (column.quantity.name, column.cells(tally))).collect();
+        ContactReport { name: contact.name.clone(), facet: contact.facet_size, values }
+    };
+    system.contacts().iter().map(report).collect()
+}
+
+/// Force of a contact on all ranks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLoad<const D: usize> {
+    /// Number of closed points that do more than touch.
+    pub pressing: u64,
+    /// Resultant on the contactor \[N\].
+    pub force: Point<D>,
+}
+
+/// The loads of all contacts. Collective.
+pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactLoad<D>> {
+    let load = |contact: &LocalContact<D>| {
+        let mut pressing = 0.0;
+        let mut resultant = Point::<D>::zeros();
+        for state in contact.state.current.iter().filter(|state| state.is_closed()) {
+            pressing += f64::from(u8::from(state.presses));
+            resultant += force(state) * state.area;
+        }
+        let parts = std::iter::once(&mut pressing).chain(resultant.iter_mut());
+        sum_over_ranks(system.session().world(), parts);
+        ContactLoad { pressing: pressing as u64, force: resultant }
+    };
+    system.contacts().iter().map(load).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every entry reduces to as many cells as it has headings, and each by its own rule: open
+    /// points count only where all points do.
+    #[test]
+    fn entries_reduce_by_their_rule() {
+        let closed = PointState::<2> {
+            gap: -2e-3,
+            normal: Point::<2>::new(0.0, 1.0),
+            normal_traction: 4.0,
+            friction_traction: Point::<2>::new(-1.0, 0.0),
+            slip_velocity: Point::<2>::new(2.0, 0.0),
+            status: Status::Slip,
+            area: 0.5,
+            ..PointState::default()
+        };
+        let open = PointState::<2> { area: 7.0, sunk: 3e-3, ..PointState::default() };
+        let history = History::default();
+        let at = |state, x| ContactPoint {
+            state,
+            history: &history,
+            position: Point::<2>::new(x, 0.0),
+            reach: 1.0,
+        };
+        let points = [at(&closed, 1.0), at(&open, 5.0), at(&closed, 2.0)];
+        let cells = |column: &ContactColumn<2>| column.cells(&column.tally(points.into_iter()));
+        let mut row = Vec::new();
+        for column in ContactColumn::<2>::TABLE {
+            assert_eq!(
+                cells(column).len(),
+                column.quantity.headings::<2>().len(),
+                "{}",
+                column.quantity.name
+            );
+            row.extend(cells(column));
+        }
+        let numbers = |values: &[f64]| values.iter().copied().map(Cell::Number).collect::<Vec<_>>();
+        assert_eq!(row[..5], numbers(&[4.0, -1.0, 4.0, -1.0, 1.0]));
+        assert_eq!(row[5..8], [Cell::Count(2), Cell::Count(0), Cell::Count(2)]);
+        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0]));
+        assert_eq!(cells(&ContactColumn::DEPTH_BETWEEN), numbers(&[3e-3]));
+        let mean = ContactColumn {
+            quantity: Quantity::number("x", "m", "mean position"),
+            value: OverPoints::Mean {
+                value: |point| point.position[0],
+                weight: |point| point.state.normal_traction,
+            },
+        };
+        assert_eq!(cells(&mean), numbers(&[1.5]));
+        let none: [ContactPoint<2>; 0] = [];
+        assert_eq!(mean.cells(&mean.tally(none.into_iter())), [Cell::Absent]);
+    }
+
+    /// The header of `contact.csv` in 2D. In 3D it also has `force_z`.
+    #[test]
+    fn the_header_follows_the_contract() {
+        let header = |headings: Vec<String>| headings.join(",");
+        let plane =
+            super::super::quantity::headings::<2>(ContactColumn::<2>::TABLE.iter().map(|c| &c.quantity));
+        assert_eq!(
+            header(plane),
+            "force_n [N],force_x [N],force_y [N],force_t [N],area [m2],points,stick,slip,max_penetration [m],\
+             max_pressure [Pa],friction_power [W]"
+        );
+        let space =
+            super::super::quantity::headings::<3>(ContactColumn::<3>::TABLE.iter().map(|c| &c.quantity));
+        assert_eq!(space[1..4].join(","), "force_x [N],force_y [N],force_z [N]");
+    }
+}

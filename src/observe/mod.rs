@@ -1,0 +1,28 @@
+//! Quantities that a run reports: tables of columns and fields, and the functions that evaluate
+//! them.
+//!
+//! Each table has one entry per column or field. The entry holds the name, the unit, one sentence
+//! of documentation, how values are reduced over points, nodes and ranks, and a function that gives
+//! the value. The table feeds the headings and rows of the CSV files, the arrays of the ParaView
+//! files, and the reference of the results (`docs/results-reference.md`).
+//!
+//! | Table | Feeds |
+//! |---|---|
+//! | [`contact::ContactColumn::TABLE`] | `contact.csv` |
+//! | [`probes::ProbeColumn::TABLE`] | `probes.csv` |
+//! | [`reactions::REACTION_COLUMNS`] | `reactions.csv` |
+//! | [`energy::ENERGY_COLUMNS`] | `energy.csv` |
+//! | [`energy::MOMENTUM_COLUMNS`] | `momentum.csv` |
+//! | [`fields::NODE_FIELDS`], [`fields::ELEMENT_FIELDS`], [`fields::ContactField::TABLE`] | `fields.pvd`, `contact.pvd` |
+//!
+//! Observers read a [`ContactSystem`](crate::assembly::ContactSystem) through its public methods
+//! and change nothing in it that a solver sees.
+
+pub mod contact;
+pub mod energy;
+pub mod fields;
+pub mod nodal;
+pub mod probes;
+pub mod quantity;
+pub mod reactions;
+pub mod reduce;

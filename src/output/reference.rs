@@ -1,0 +1,93 @@
+//! The reference page of all columns and fields of a results folder, from their tables.
+
+use super::fields::GRID_FIELDS;
+use super::iterations::ITERATION_COLUMNS;
+use crate::observe::contact::{CONTACT_FILE, ContactColumn};
+use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, MOMENTUM_COLUMNS, MOMENTUM_FILE};
+use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODE_FIELDS};
+use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
+use crate::observe::quantity::{Components, Quantity, TableFile};
+use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
+
+const HEAD: &str = "\
+# Columns and fields
+
+Every column of every table and every field of a results folder, with units in SI. A case with other
+units has those in its headings. `contact-petsc list --results` prints this page. The
+[results folder](results.md) explains the files.
+";
+
+/// The page, in Markdown.
+pub fn results_reference() -> String {
+    let mut page = HEAD.to_owned();
+    let probes = ProbeColumn::<3>::TABLE.iter().map(|column| {
+        let place = match column.value {
+            ProbeValue::Field(_) => "every probe",
+            ProbeValue::Contact(_) => "probes on a contactor",
+        };
+        (column.quantity, place)
+    });
+    table(&mut page, &PROBE_FILE, "NAME.", "Where", probes);
+    let both = ContactColumn::<2>::TABLE.iter().zip(ContactColumn::<3>::TABLE);
+    let contact = both.map(|(plane, space)| {
+        let (plane, own) = (plane.value.about(), space.value.about());
+        (space.quantity, if plane == own { own.to_owned() } else { format!("{plane}; in 3D {own}") })
+    });
+    table(&mut page, &CONTACT_FILE, "", "Over the points", contact);
+    let plain = |quantity: Quantity| (quantity, "");
+    let reactions = REACTION_COLUMNS.iter().map(|column| plain(column.quantity));
+    table(&mut page, &REACTION_FILE, "", "", reactions);
+    table(&mut page, &ENERGY_FILE, "", "", ENERGY_COLUMNS.iter().map(|column| plain(column.quantity)));
+    table(&mut page, &MOMENTUM_FILE, "", "", MOMENTUM_COLUMNS.iter().map(|column| plain(column.quantity)));
+    let iterations = TableFile { name: "iterations.csv", rows: "one per iteration", keys: &[] };
+    table(&mut page, &iterations, "", "", ITERATION_COLUMNS.iter().map(|column| plain(column.quantity)));
+    fields(&mut page);
+    page
+}
+
+fn table(
+    page: &mut String,
+    file: &TableFile,
+    prefix: &str,
+    more: &str,
+    columns: impl Iterator<Item = (Quantity, impl AsRef<str>)>,
+) {
+    page.push_str(&format!("\n## `{}`\n\nRows: {}.\n\n", file.name, file.rows));
+    let row = |page: &mut String, cells: [&str; 4]| {
+        let cells = if more.is_empty() { &cells[..3] } else { &cells[..] };
+        page.push_str(&format!("| {} |\n", cells.join(" | ")));
+    };
+    row(page, ["Column", "Unit", "Meaning", more]);
+    row(page, ["---"; 4]);
+    for key in file.keys {
+        row(page, [&names(key, ""), key.unit, key.about, ""]);
+    }
+    for (quantity, note) in columns {
+        row(page, [&names(&quantity, prefix), quantity.unit, quantity.about, note.as_ref()]);
+    }
+}
+
+/// The names of a quantity's columns.
+fn names(quantity: &Quantity, prefix: &str) -> String {
+    let name = |axis: &str| format!("`{prefix}{}_{axis}`", quantity.name);
+    match quantity.components {
+        Components::One => format!("`{prefix}{}`", quantity.name),
+        Components::Rotations => format!("{}, in 3D also {}, {}", name("z"), name("x"), name("y")),
+        _ => format!("{}, {}, in 3D also {}", name("x"), name("y"), name("z")),
+    }
+}
+
+fn fields(page: &mut String) {
+    page.push_str("\n## Fields\n\n| Field | File | At | Unit | Meaning |\n| --- | --- | --- | --- | --- |\n");
+    let mut row = |file: &str, at: &str, quantity: &Quantity| {
+        let Quantity { name, unit, about, .. } = quantity;
+        page.push_str(&format!("| `{name}` | {file} | {at} | {unit} | {about} |\n"));
+    };
+    for field in NODE_FIELDS {
+        let file = if field.on_surfaces { "both" } else { "`fields.pvd`" };
+        row(file, "nodes", &field.quantity);
+    }
+    ELEMENT_FIELDS.iter().for_each(|field| row("`fields.pvd`", "elements", &field.quantity));
+    ContactField::<3>::TABLE.iter().for_each(|field| row("`contact.pvd`", "nodes", &field.quantity));
+    GRID_FIELDS.iter().for_each(|(file, at, quantity)| row(file, at, quantity));
+}
