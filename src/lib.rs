@@ -22,9 +22,10 @@
 //! | 9 | [`solvers`]; [`time`]; [`observe`] | monolithic and staggered Newton, linear solvers; Newmark and its family; tables of the quantities that a run reports |
 //! | 10 | [`output`], [`plot`] | tables, fields, record, console; figures |
 //! | 11 | [`advice`]; [`guard`] | what to know of a case before it runs; supervision of a run |
-//! | 12 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
-//! | 13 | [`study`] | many runs: errors against costs, advice |
-//! | 14 | [`commands`], [`cli`] | the command line |
+//! | 12 | [`accuracy`] | control of step lengths, penalties and stick by requested errors |
+//! | 13 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
+//! | 14 | [`study`] | many runs: errors against costs, advice |
+//! | 15 | [`commands`], [`cli`] | the command line |
 //!
 //! # From the paper's symbols to names
 //!
@@ -47,6 +48,7 @@
 //!
 //! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.
 
+pub mod accuracy;
 pub mod advice;
 pub mod assembly;
 pub mod case;

@@ -24,7 +24,7 @@ fn main() -> ExitCode {
                 let _ = writeln!(std::io::stderr(), "contact-petsc: {}: {error}", error.label());
             }
             if !commands::speaks() {
-                // `mpirun` kills all ranks when the first has failed, and forgets what rank 0 said a moment before: let that be rank 0.
+                // `mpirun` kills all ranks when the first has failed, and no longer knows what rank 0 said a moment before: let that be rank 0.
                 std::thread::sleep(HEAD_START);
             }
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(70))

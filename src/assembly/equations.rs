@@ -5,7 +5,7 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::accuracy;
+use super::augmentation;
 use super::contact::LocalContact;
 use super::soundness::unsound_force;
 use super::stages::{self, Target};
@@ -192,15 +192,15 @@ impl<const D: usize> Augmentation for ContactSystem<D> {
         self.contacts
             .iter_mut()
             .filter(|contact| contact.state.seeks_multipliers())
-            .for_each(LocalContact::recall_multipliers);
+            .for_each(LocalContact::reset_multipliers);
     }
 
     fn shortfall(&self) -> Option<Shortfall> {
-        accuracy::shortfall(self.session.world(), &self.contacts)
+        augmentation::shortfall(self.session.world(), &self.contacts)
     }
 
     fn improve(&mut self) {
-        accuracy::improve(self.session.world(), &mut self.contacts);
+        augmentation::improve(self.session.world(), &mut self.contacts);
     }
 }
 

@@ -4,7 +4,7 @@
 //! Each rank evaluates every element and facet that touches one of its nodes and keeps its own
 //! rows. The assembly therefore sends nothing to other ranks.
 
-mod accuracy;
+mod augmentation;
 mod balance;
 mod bodies;
 mod build;
@@ -28,17 +28,17 @@ mod renewal;
 mod rigid;
 mod rounding;
 mod scatter;
-mod sizes;
 mod solid;
 mod soundness;
 mod stages;
 mod start;
+mod state_part;
 mod supports;
 mod system;
 mod tangent;
 pub mod targets;
 
-pub use accuracy::{Asked, Stuck};
+pub use augmentation::depths;
 pub use build::sides_of;
 pub use contact::{LocalContact, facets_of};
 pub use holding::Holding;
@@ -47,5 +47,6 @@ pub use memory::{NamedFields, StoredSources, StoredState, SystemState};
 pub use solid::SolidElements;
 pub use soundness::unsound_state;
 pub use start::{Overclosure, known_length};
+pub use state_part::{StatePart, from_numbers, named, numbers_of};
 pub use supports::{Supports, in_space};
 pub use system::{ContactSystem, SystemOptions};

@@ -24,7 +24,7 @@ impl<const D: usize> ContactState<D> {
 
     /// Restores the multipliers of the last accepted step. `penetration` is the inverse of the
     /// normal law.
-    pub fn recall_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
+    pub fn reset_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
         for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
             *offset = penetration(history.multiplier);
         }
@@ -109,7 +109,7 @@ mod tests {
         state.current[0] = PointState::default();
         state.take_multipliers(|pressure| 0.1 * pressure);
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).offset, 0.0);
-        state.recall_multipliers(|pressure| 0.1 * pressure);
+        state.reset_multipliers(|pressure| 0.1 * pressure);
         assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
     }
 

@@ -16,7 +16,7 @@ pub(super) struct EventTotals {
 
 impl EventTotals {
     /// Resets the totals.
-    pub(super) fn forget(&self) {
+    pub(super) fn reset(&self) {
         self.seconds.set(Duration::ZERO);
         self.calls.set(0);
     }

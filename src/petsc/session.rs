@@ -96,9 +96,9 @@ impl Session {
     /// Restarts the measurement of phase times, processor time and peak memory, for several runs in
     /// one process. Earlier runs whose memory is freed do not count.
     pub fn measure_anew(&self) {
-        self.events.borrow().iter().for_each(|event| event.forget());
+        self.events.borrow().iter().for_each(|event| event.reset());
         self.began.set(usage::user_seconds());
-        usage::forget_peak();
+        usage::reset_peak();
     }
 
     /// Processor time of this rank in user mode since the run began \[s\].

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use nix::sys::resource::{UsageWho, getrusage};
 
-/// Peak memory of this process since the start, or since `forget_peak` \[bytes\], including
+/// Peak memory of this process since the start, or since `reset_peak` \[bytes\], including
 /// libraries. 0 if the system does not report it.
 pub fn peak_memory() -> u64 {
     since(status_bytes("VmHWM:"), NOT_FORGOTTEN.load(Ordering::Relaxed))
@@ -32,7 +32,7 @@ pub fn user_seconds() -> f64 {
 }
 
 /// Resets the peak memory to the current use.
-pub(super) fn forget_peak() {
+pub(super) fn reset_peak() {
     give_back_what_is_free();
     if std::fs::write("/proc/self/clear_refs", "5").is_err() {
         NOT_FORGOTTEN.store(status_bytes("VmHWM:"), Ordering::Relaxed);

@@ -7,10 +7,10 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::pace::{self, limits_slip};
 use super::remarks::{contact_starts, remarks};
 use super::unit_note::unit_note;
 use super::{Share, needs, options, share_out, start};
+use crate::accuracy::{self, limits_slip};
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision, self_contact};
 use crate::assembly::{ContactSystem, SystemOptions};
@@ -48,7 +48,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let precision = Precision::of(&system);
     precision::require(&precision)?;
     start::require_reach(&mut system, &model, case)?;
-    pace::limit_penetration(&mut system, case, &precision)?;
+    accuracy::limit_penetration(&mut system, case, &precision)?;
     if case.is_static() {
         start::require_supports(&system)?;
     }
@@ -86,7 +86,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
         describe_contact(&mut text, contact, law, &model.bodies, &sizes, case);
     }
     let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
-    let past = pace::kept(case, system.pattern_vector())?;
+    let past = accuracy::kept(case, system.pattern_vector())?;
     let needs = needs::needs(case, &model, &system, &solvers, past.is_some());
     text.push_str(&needs::table(&needs));
     text.push_str(&needs::held(world, &system));

@@ -13,7 +13,6 @@ mod journal;
 mod measure;
 mod needs;
 mod options;
-mod pace;
 mod parts;
 mod place;
 mod refusal;
@@ -23,12 +22,12 @@ mod resume;
 mod run_state;
 mod signals;
 mod start;
-mod state_part;
 mod tables;
 mod unit_note;
 
 use std::rc::Rc;
 
+use crate::accuracy::{self, StepPacing, doubt_first_slip};
 use crate::advice::precision::{self, MotionPrecision, Motions, Precision, farthest_motion};
 use crate::assembly::{ContactSystem, SystemOptions, unsound_state};
 use crate::case::Case;
@@ -48,7 +47,6 @@ pub use checkpoint::WALL_TIME_IS_OVER;
 pub use input::{give_options, shared_text, take_back_options};
 pub use journal::Journal;
 pub use options::scheme;
-pub use pace::StepPacing;
 pub use parts::parts;
 pub use place::RunRequest;
 pub use refusal::refuse;
@@ -101,7 +99,7 @@ impl<const D: usize> Ready<D> {
         let precision = Precision::of(&system);
         precision::require(&precision)?;
         start::require_reach(&mut system, &model, case)?;
-        pace::limit_penetration(&mut system, case, &precision)?;
+        accuracy::limit_penetration(&mut system, case, &precision)?;
         let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
         let strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
         if strategy.wants_rigid_body_modes() {
@@ -179,7 +177,7 @@ fn begin<const D: usize>(
     start::at_equilibrium(&mut system, &mut stage, case, model, journal)?;
     let farthest = farthest_motion(&system, &stage, Motions::All);
     MotionPrecision::new(Precision::of(&system)).accept(farthest, "at the start")?;
-    let control = pace::control(case, model, 0.0);
+    let control = accuracy::control(case, model, 0.0);
     let pace = StepPacing::new(&mut system, &stage, case, model)?;
     let reactions = system.pattern_vector().like()?;
     let ledger = EnergyLedger::begin(&mut system, &mut stage, reactions)?;
@@ -240,7 +238,10 @@ fn march<const D: usize>(
                     remark.iter().for_each(|text| journal.warn(&format!("warning: {text}")));
                     journal.known(precision.at(farthest));
                 })?;
-                pace.advance(system, stage, control, journal)?;
+                if let Some(progress) = pace.advance(system, stage, control)? {
+                    progress.warning.iter().for_each(|text| journal.warn(text));
+                    journal.accuracy(progress.record);
+                }
                 journal.record(system, stage, ledger, &energies, &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
                 guard.record(system, stage, journal.step(), ledger)?;
@@ -292,7 +293,7 @@ impl Attempt<'_> {
         let moved = match self.scheme.has_inertia() {
             true => {
                 self.scheme.extrapolate(stage)?;
-                system.doubt_first_slip(self.pace.predict(stage)?);
+                doubt_first_slip(system, self.pace.predict(stage)?);
                 true
             }
             false => strategy.follow_prescribed(system, stage)?,
@@ -305,7 +306,7 @@ impl Attempt<'_> {
             }
         }
         stage.trial.u.copy_from(&stage.start.u)?;
-        system.doubt_first_slip(false);
+        doubt_first_slip(system, false);
         journal.attempt(stage);
         let outcome = strategy.solve(system, stage, &mut |row| journal.iteration(row))?;
         Ok(outcome.after(&spent))

@@ -7,7 +7,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::options;
-use super::pace::limits_slip;
+use crate::accuracy::{limits_slip, smallest_tolerance};
 use crate::assembly::ContactSystem;
 use crate::case::Case;
 use crate::contact::obstacle::Shape;
@@ -161,7 +161,7 @@ pub fn needs<const D: usize>(
 /// Whether contact points have multipliers.
 fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D>) -> (bool, String) {
     let asked = case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
-    let why = match (t.contact, asked, system.smallest_tolerance().is_some()) {
+    let why = match (t.contact, asked, smallest_tolerance(system).is_some()) {
         (false, ..) => "no contact",
         (_, false, _) => "no accuracy.penetration",
         (.., false) => "laws and scheme define the penetration, which is reported",
@@ -171,7 +171,7 @@ fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D
         _ if t.dynamic => "accuracy.penetration, with an increased penalty",
         _ => "accuracy.penetration",
     };
-    (system.smallest_tolerance().is_some(), why.to_owned())
+    (smallest_tolerance(system).is_some(), why.to_owned())
 }
 
 /// Whether nodes in contact have no mass.

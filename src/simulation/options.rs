@@ -121,7 +121,7 @@ fn multipliers_on_both_sides(case: &Case) -> Option<String> {
     let found = case
         .contact
         .iter()
-        .find(|(_, contact)| enforced && itself(contact) && !super::pace::keeps_laws(case));
+        .find(|(_, contact)| enforced && itself(contact) && !crate::accuracy::keeps_laws(case));
     found.map(|(name, _)| {
         format!(
             "contact '{}': in self-contact both sides have multipliers for accuracy.penetration, and a \
@@ -135,7 +135,7 @@ fn multipliers_on_both_sides(case: &Case) -> Option<String> {
 /// Remarks on parts of `accuracy` without effect: under the conserving scheme the laws of contact
 /// stay as they are.
 fn unenforced_accuracy(case: &Case) -> Option<String> {
-    let accuracy = case.accuracy.as_ref().filter(|_| super::pace::keeps_laws(case))?;
+    let accuracy = case.accuracy.as_ref().filter(|_| crate::accuracy::keeps_laws(case))?;
     let stiff = case.contact.values().any(|contact| contact.normal.is_penalty());
     let penetration = (accuracy.penetration.is_some() && stiff).then_some("penetration");
     let slip = (accuracy.slip.is_some() && has_friction(case)).then_some("slip");
@@ -197,7 +197,7 @@ pub fn strategy<const D: usize>(
 
 /// The strategy, with multipliers if the case requests a penetration tolerance.
 pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strategy>) -> Box<dyn Strategy> {
-    match system.smallest_tolerance() {
+    match crate::accuracy::smallest_tolerance(system) {
         Some(_) => Box::new(Augmented::new(inner)),
         None => inner,
     }

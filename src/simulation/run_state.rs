@@ -14,10 +14,12 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::pace::StepPacing;
-use super::state_part::{StatePart, from_numbers, named, numbers_of};
+use crate::accuracy::StepPacing;
 use crate::advice::precision::MotionPrecision;
-use crate::assembly::{ContactSystem, NamedFields, StoredSources, StoredState, SystemState};
+use crate::assembly::{
+    ContactSystem, NamedFields, StatePart, StoredSources, StoredState, SystemState, from_numbers, named,
+    numbers_of,
+};
 use crate::case::Case;
 use crate::checkpoint::StoredTable;
 use crate::dynamics::{Sources, Stage};

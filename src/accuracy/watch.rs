@@ -6,7 +6,9 @@ use serde_json::Value;
 use super::past::StepHistory;
 use super::recoil;
 use super::shortest::{MinimumStepWatch, Shortest};
-use crate::assembly::{ContactSystem, NamedFields, StoredState, Stuck};
+use super::slip::{self, Stuck, stuck};
+use super::{oscillation, penetration, sizes};
+use crate::assembly::{ContactSystem, NamedFields, StatePart, StoredState, from_numbers, numbers_of};
 use crate::case::{Accuracy, Case};
 use crate::contact::friction::Regularization;
 use crate::dynamics::{Augmentation, Stage, State};
@@ -15,8 +17,6 @@ use crate::observe::contact;
 use crate::observe::energy::Energies;
 use crate::output::accuracy::{AccuracyRecord, Errors};
 use crate::reader::quantity::Number;
-use crate::simulation::options;
-use crate::simulation::state_part::{StatePart, from_numbers, numbers_of};
 use crate::solvers::SolveReport;
 use crate::time::saturation::{Passed, Section};
 use crate::time::{Budget, Judgement, Scheme, StepControl};
@@ -63,9 +63,9 @@ pub(super) struct ErrorController {
     penetration: Option<f64>,
     /// Bodies whose contact surfaces have no mass.
     massless: Vec<String>,
-    /// Response to an impulse on each contact, see [`ContactSystem::recoils`].
+    /// Response to an impulse on each contact, see [`oscillation::recoils`].
     recoils: Vec<f64>,
-    /// Whether the contact has massless nodes, see [`ContactSystem::calm`].
+    /// Whether the contact has massless nodes, see [`oscillation::calm`].
     calm: Vec<bool>,
     memory: Memory,
     past: Option<StepHistory>,
@@ -108,7 +108,7 @@ impl ErrorController {
         accuracy: Accuracy,
         kinks: Vec<f64>,
     ) -> Result<Self> {
-        let scheme = options::scheme(&case.time);
+        let scheme = case.time.scheme.method();
         let budget = |part: Option<Number>| part.map(|part| Budget::new(part.value));
         let adapts = accuracy.time.is_some() && scheme.local_error().is_some();
         let past = super::kept(case, &stage.start.u)?;
@@ -119,30 +119,31 @@ impl ErrorController {
             end: case.time.end.value,
             step: case.time.step(),
             kinks,
-            weight: system.weight()?,
-            given: system.regularizations(),
-            penetration: super::penetration(case).and_then(|asked| system.tolerance(asked)),
+            weight: sizes::weight(system)?,
+            given: slip::regularizations(system),
+            penetration: super::requested_penetration(case)
+                .and_then(|asked| penetration::tolerance(system, asked)),
             massless: system.redistributed()[0].clone(),
             memory: Memory {
                 time: budget(accuracy.time.filter(|_| past.is_some())),
                 energy: budget(accuracy.energy.filter(|_| scheme.has_inertia())),
                 // Motions smaller than the penetration tolerance of the contacts are not resolved
                 // further.
-                size: system.smallest_tolerance().filter(|_| scheme.has_inertia()).unwrap_or(0.0),
+                size: penetration::smallest_tolerance(system).filter(|_| scheme.has_inertia()).unwrap_or(0.0),
                 drift: 0.0,
                 contact: [0.0; 3],
                 pressing,
                 unsettled: 2,
                 since: 0.0,
                 passed: Passed::default(),
-                stiffenings: system.stiffenings(),
+                stiffenings: penetration::stiffenings(system),
                 shortest: Shortest::default(),
                 loads: recoil::loads(system),
                 landed: false,
             },
             lands: false,
-            recoils: if adapts { system.recoils() } else { Vec::new() },
-            calm: system.calm(),
+            recoils: if adapts { oscillation::recoils(system) } else { Vec::new() },
+            calm: oscillation::calm(system),
             past,
             judged: [0.0; 2],
             remark: None,
@@ -162,8 +163,8 @@ impl ErrorController {
     }
 
     fn observe_size<const D: usize>(&mut self, system: &mut ContactSystem<D>, state: &State) -> Result<()> {
-        let moved = system.mean_size(&state.u, self.weight)?;
-        let about_to = self.step * system.mean_size(&state.v, self.weight)?;
+        let moved = sizes::mean_size(system, &state.u, self.weight)?;
+        let about_to = self.step * sizes::mean_size(system, &state.v, self.weight)?;
         self.memory.size = self.memory.size.max(moved).max(about_to);
         let size = self.memory.size;
         if let Some(budget) = &mut self.memory.time {
@@ -177,7 +178,7 @@ impl ErrorController {
     pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) -> bool {
         let asked =
             self.accuracy.slip.filter(|_| self.scheme != Scheme::Conserving && self.memory.size > 0.0);
-        asked.is_some_and(|slip| system.stiffen_stick(&self.given, slip.value * self.memory.size))
+        asked.is_some_and(|slip| slip::stiffen_stick(system, &self.given, slip.value * self.memory.size))
     }
 
     pub fn accepts<const D: usize>(
@@ -199,7 +200,11 @@ impl ErrorController {
         if closes {
             let fresh = report.contact.pressing - self.memory.pressing;
             let flight = self.flight(system, stage)?;
-            error = error.max(self.struck(fresh as f64 / system.nodes() as f64, flight, [before, now]));
+            error = error.max(self.struck(
+                fresh as f64 / oscillation::nodes(system) as f64,
+                flight,
+                [before, now],
+            ));
         }
         let mut strikes = false;
         if jumps && self.past.is_some() {
@@ -227,7 +232,7 @@ impl ErrorController {
         // step keeps the laws that it was solved with.
         let repeats = matches!(control, StepControl::Adaptive(_));
         let loose = repeats && self.gives_way(system) && self.prepare(system);
-        let deep = repeats && self.scheme.has_inertia() && system.mend_penetration();
+        let deep = repeats && self.scheme.has_inertia() && penetration::mend(system);
         if loose || deep {
             ratio = ratio.max(Self::REPEAT);
         }
@@ -249,7 +254,7 @@ impl ErrorController {
             let plight = MinimumStepWatch {
                 size: self.memory.size,
                 stiffer: self.memory.stiffenings.iter().copied().fold(1.0, f64::max),
-                rattles: system.rattles(),
+                rattles: oscillation::rattles(system),
                 rubs: system.has_friction(),
             };
             self.remark = self.memory.shortest.remark(&plight, system.units());
@@ -286,7 +291,7 @@ impl ErrorController {
         if !any || !landed {
             return Ok(1.0);
         }
-        let swing = if impulse { 0.0 } else { system.swing()? };
+        let swing = if impulse { 0.0 } else { oscillation::swing(system)? };
         Ok(1.0 + (Self::CARRIED - 1.0) * recoil::unresolved(stage.dt, swing))
     }
 
@@ -295,7 +300,7 @@ impl ErrorController {
         let Some(slip) = self.accuracy.slip.filter(|_| self.given.iter().any(Option::is_some)) else {
             return false;
         };
-        let Stuck { creep, give } = system.stuck();
+        let Stuck { creep, give } = stuck(system);
         (creep * self.end).max(give) > slip.value * self.memory.size
     }
 
@@ -303,7 +308,8 @@ impl ErrorController {
     /// displacement so far \[m\].
     fn flight<const D: usize>(&self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<f64> {
         let [from, to] = [&stage.start.v, &stage.trial.v];
-        let speed = system.mean_size(from, self.weight)?.max(system.mean_size(to, self.weight)?);
+        let speed =
+            sizes::mean_size(system, from, self.weight)?.max(sizes::mean_size(system, to, self.weight)?);
         Ok(self.memory.size.min(speed * (self.end - stage.start.time)))
     }
 
@@ -330,18 +336,22 @@ impl ErrorController {
     ) -> Result<f64> {
         let safety = Self::SAFETY * self.carried(system, stage)?;
         let Some(past) = &mut self.past else { return Ok(0.0) };
-        let rate = past.rate(self.scheme, stage, |field| system.clear_uncounted(field))?;
+        let rate = past.rate(self.scheme, stage, |field| sizes::clear_uncounted(system, field))?;
         let power = safety * stage.dt.powf(self.scheme.order() + 1.0);
         if jumps {
             self.section = None;
-            return Ok(power * system.mean_size(rate, self.weight)?);
+            return Ok(power * sizes::mean_size(system, rate, self.weight)?);
         }
         let span = (self.end - self.memory.since).max(stage.dt);
         // A contact that can chatter is one of the fast modes, and is fed by the energy that the
         // others lose.
-        let section = if system.rattles() { Section::WHOLE } else { self.scheme.saturation(stage.dt, span) };
+        let section = if oscillation::rattles(system) {
+            Section::WHOLE
+        } else {
+            self.scheme.saturation(stage.dt, span)
+        };
         self.section = Some(section);
-        let rate = system.mean_size(past.smooth_rate(&section)?, self.weight)?;
+        let rate = sizes::mean_size(system, past.smooth_rate(&section)?, self.weight)?;
         let passed = self.memory.passed.after(&section).part(&section);
         Ok(power * (rate / passed))
     }
@@ -355,11 +365,11 @@ impl ErrorController {
             past.push(stage, self.memory.unsettled == 2)?;
             self.memory.loads = recoil::loads(system);
         }
-        let Stuck { creep, give } = system.stuck();
-        let told = || self.penetration.map_or(0.0, |_| system.depth());
+        let Stuck { creep, give } = stuck(system);
+        let told = || self.penetration.map_or(0.0, |_| penetration::depth(system));
         let depth = system.shortfall().map_or_else(told, |left| left.depth);
-        system.keep_penetration();
-        self.memory.stiffenings = system.stiffenings();
+        penetration::keep(system);
+        self.memory.stiffenings = penetration::stiffenings(system);
         for (most, now) in self.memory.contact.iter_mut().zip([depth, creep, give]) {
             *most = most.max(now);
         }

@@ -3,11 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::{NamedFields, StoredState};
+use crate::assembly::{NamedFields, StoredState, named};
 use crate::dynamics::{Stage, State};
 use crate::error::Result;
 use crate::petsc::Vector;
-use crate::simulation::state_part::named;
 use crate::time::Scheme;
 use crate::time::estimate::{FIELDS, extrapolation, weights};
 use crate::time::saturation::{SECTIONS, Section};

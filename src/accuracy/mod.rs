@@ -1,28 +1,34 @@
 //! Error control of a run with prescribed accuracy: whether a step is accurate enough, and what the
 //! next step has to satisfy (theory, section 4.8).
 
+mod oscillation;
 mod past;
+mod penetration;
 mod recoil;
 mod shortest;
+mod sizes;
+mod slip;
 mod watch;
 
 use serde_json::Value;
 
-use super::journal::Journal;
-use super::options;
-use super::state_part::StatePart;
 use crate::advice::precision::Precision;
-use crate::assembly::{Asked, ContactSystem, NamedFields, StoredState};
+use crate::assembly::{ContactSystem, NamedFields, StatePart, StoredState};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::model::Model;
 use crate::observe::energy::Energies;
+use crate::output::accuracy::AccuracyRecord;
 use crate::petsc::Vector;
 use crate::solvers::SolveReport;
 use crate::time::StepControl;
 
+pub use penetration::smallest_tolerance;
+pub use slip::doubt_first_slip;
+
 use past::StepHistory;
+use penetration::Asked;
 use watch::ErrorController;
 
 /// The error control of a run. Without `accuracy` in the case it does nothing and costs nothing.
@@ -40,9 +46,9 @@ pub fn limit_penetration<const D: usize>(
     case: &Case,
     precision: &Precision,
 ) -> Result<()> {
-    let Some(asked) = penetration(case).filter(|_| !keeps_laws(case)) else { return Ok(()) };
+    let Some(asked) = requested_penetration(case).filter(|_| !keeps_laws(case)) else { return Ok(()) };
     let Precision { farthest, spacing, unit, .. } = precision;
-    if let Some(tolerance) = system.tolerance(asked).filter(|tolerance| tolerance < spacing) {
+    if let Some(tolerance) = penetration::tolerance(system, asked).filter(|tolerance| tolerance < spacing) {
         let message = format!(
             "a penetration of {tolerance:.1e} {unit} is below the spacing of coordinates: coordinates of \
              {farthest:.1e} {unit} are known only to {spacing:.1e} {unit}"
@@ -52,12 +58,12 @@ pub fn limit_penetration<const D: usize>(
         let cure = "request a larger accuracy.penetration, for example { relative: 1e-3 } of a facet";
         return Err(case.error(place, message).hint(cure));
     }
-    system.limit_penetration(asked);
+    penetration::limit(system, asked);
     Ok(())
 }
 
 /// The penetration tolerance of the case.
-fn penetration(case: &Case) -> Option<Asked> {
+fn requested_penetration(case: &Case) -> Option<Asked> {
     Some(match case.accuracy.as_ref()?.penetration? {
         PenetrationTolerance::Length(length) => Asked::Length(length.value),
         PenetrationTolerance::Relative(part) => Asked::Relative(part.value),
@@ -97,7 +103,7 @@ pub fn limits_slip(case: &Case) -> bool {
 /// # Errors
 /// PETSc can not allocate.
 pub fn kept(case: &Case, pattern: &Vector) -> Result<Option<StepHistory>> {
-    let estimates = adapts(case) && options::scheme(&case.time).local_error().is_some();
+    let estimates = adapts(case) && case.time.scheme.method().local_error().is_some();
     if estimates { StepHistory::new(pattern).map(Some) } else { Ok(None) }
 }
 
@@ -157,8 +163,8 @@ impl StepPacing {
         }
     }
 
-    /// Records an accepted step and passes the accuracy achieved so far to the journal. Call it
-    /// before the trial state becomes the start of the next step. Collective.
+    /// Records an accepted step. Call it before the trial state becomes the start of the next step.
+    /// Returns the accuracy achieved so far, and a warning if there is one. Collective.
     ///
     /// # Errors
     /// PETSc reports an error.
@@ -167,14 +173,20 @@ impl StepPacing {
         system: &mut ContactSystem<D>,
         stage: &Stage,
         control: &StepControl,
-        journal: &mut Journal<D>,
-    ) -> Result<()> {
-        let Some(watch) = &mut self.watch else { return Ok(()) };
+    ) -> Result<Option<Progress>> {
+        let Some(watch) = &mut self.watch else { return Ok(None) };
         watch.advance(system, stage)?;
-        watch.remark.take().iter().for_each(|text| journal.warn(text));
-        journal.accuracy(watch.record(control.rejected()));
-        Ok(())
+        let warning = watch.remark.take();
+        Ok(Some(Progress { record: watch.record(control.rejected()), warning }))
     }
+}
+
+/// The accuracy of a run up to an accepted step.
+pub struct Progress {
+    /// Requested and achieved errors.
+    pub record: AccuracyRecord,
+    /// A warning on the step.
+    pub warning: Option<String>,
 }
 
 impl StatePart for StepPacing {

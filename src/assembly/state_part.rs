@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::assembly::{NamedFields, StoredState};
+use super::memory::{NamedFields, StoredState};
 use crate::error::{Error, Result};
 use crate::petsc::Vector;
 
