@@ -287,9 +287,10 @@ fn newton_tolerance(case: &Case) -> f64 {
     const RATIO: f64 = 1e-1;
     /// Smallest tolerance that a requested accuracy leads to. Below it, rounding may decide.
     const TIGHTEST: f64 = 1e-9;
-    /// Tolerance without a request. Errors of forces are then below 3e-7 in all shipped scenes, a
-    /// thousandth of those of their meshes (docs/performance/speed-versus-accuracy.md). 1e-6 saves a
-    /// tenth of the CPU time more, 1e-9 costs a sixth more.
+    /// Tolerance without a request. Errors of forces and displacements are then below 2e-7 in the
+    /// shipped scenes, a thousandth of those of their meshes
+    /// (docs/performance/speed-versus-accuracy.md). 1e-9 costs an eighth more; 1e-6 saves a
+    /// thirtieth, with errors up to 1e-5.
     const USUAL: f64 = 1e-7;
     /// Tolerance of the conserving scheme. Its energy is as exact as the balance.
     const CONSERVING: f64 = 1e-9;

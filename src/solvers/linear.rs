@@ -376,8 +376,7 @@ impl LinearSolver {
     }
 
     /// Whether PETSc may build a multigrid. A second set-up of the same object differs from a first
-    /// one by rounding, so each set-up needs a new object. This costs less than a hundredth of a
-    /// set-up.
+    /// one by rounding, so each set-up needs a new object.
     fn coarsens(&self) -> bool {
         let preset = self.preset();
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
