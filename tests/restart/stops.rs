@@ -81,13 +81,15 @@ fn iterations(results: &Path) -> Vec<(String, String)> {
     text.lines().skip(1).filter(|line| line.split(',').count() > 5).map(words).collect()
 }
 
-/// Sends a signal as soon as a step has an iteration.
+/// Sends a signal as soon as this step, or a later one, has an iteration. Iterations of an earlier
+/// run in the folder do not count: a signal before the program waits for signals would kill it.
 fn signalled_within(folder: &Folder, ranks: usize, step: &str, signal: &str, more: &[&str]) -> Output {
+    let number = |step: &str| step.parse::<u32>().expect("a step");
+    let last = || iterations(&folder.join("out")).last().map(|(own, _)| number(own));
+    let wanted = number(step).max(last().map_or(0, |last| last + 1));
     let running = Running::start_patient(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
     let deadline = std::time::Instant::now() + Duration::from_secs(300);
-    while !iterations(&folder.join("out")).iter().any(|(own, _)| own == step)
-        && std::time::Instant::now() < deadline
-    {
+    while last().is_none_or(|last| last < wanted) && std::time::Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(2));
     }
     running.signal(signal);
