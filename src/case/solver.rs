@@ -79,7 +79,8 @@ pub struct Newton {
     /// Residual relative to the largest force, between 0 and 1, both excluded. Forces and
     /// displacements of a step have errors of about this size, relative to the largest ones. If
     /// absent: a tenth of the `accuracy` that is requested (`time`, in statics `slip`), else 1e-9
-    /// for `scheme: conserving`, whose energy is as exact as the balance, else 1e-7.
+    /// for `scheme: conserving`, whose energy is as exact as the balance, for `strategy: staggered`
+    /// and for the static start, else 1e-7.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<Number>,
     /// Largest number of iterations before the step is cut, >= 1.

@@ -23,6 +23,9 @@ const FIRM: f64 = 0.1;
 /// Loosest tolerance of a linear solve in the inexact Newton method.
 const LOOSEST: f64 = 1e-4;
 
+/// Smallest tolerance of Newton's method that the program chooses. Below it, rounding may decide.
+const TIGHTEST: f64 = 1e-9;
+
 /// Loosest tolerance of Newton's method that the program chooses, whatever `accuracy` is requested.
 const LOOSEST_NEWTON: f64 = 1e-3;
 
@@ -255,6 +258,16 @@ pub fn terms<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Terms {
     if all { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }
 }
 
+/// Settings of Newton's method for the static start. It is solved once, and the whole run begins with
+/// its errors: forces of a body that only contact holds may be a millionth of the largest force.
+/// Without a request its tolerance is therefore smaller than that of the steps.
+pub fn start_newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
+    let newton = newton(case, terms, unknowns);
+    let requested = case.solver.newton.tolerance.is_some() || case.accuracy.is_some();
+    let tolerance = if requested { newton.tolerance } else { newton.tolerance.min(TIGHTEST) };
+    NewtonSettings { tolerance, ..newton }
+}
+
 /// The settings of Newton's method for this number of unknowns.
 pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
     let (newton, krylov) = (&case.solver.newton, &case.solver.krylov);
@@ -285,22 +298,21 @@ fn follows_time(case: &Case) -> bool {
 fn newton_tolerance(case: &Case) -> f64 {
     /// Newton tolerance (residual over the largest force) divided by the allowed error in time.
     const RATIO: f64 = 1e-1;
-    /// Smallest tolerance that a requested accuracy leads to. Below it, rounding may decide.
-    const TIGHTEST: f64 = 1e-9;
     /// Tolerance without a request. Errors of forces and displacements are then below 2e-7 in the
     /// shipped scenes, a thousandth of those of their meshes
     /// (docs/performance/speed-versus-accuracy.md). 1e-9 costs an eighth more; 1e-6 saves a
     /// thirtieth, with errors up to 1e-5.
     const USUAL: f64 = 1e-7;
-    /// Tolerance of the conserving scheme. Its energy is as exact as the balance.
-    const CONSERVING: f64 = 1e-9;
+    /// Tolerance of the conserving scheme, whose energy is as exact as the balance, and of the
+    /// staggered strategy, whose sweeps leave errors of the same sign in each step.
+    const TIGHT: f64 = TIGHTEST;
     let accuracy = case.accuracy.as_ref();
     let requested =
         accuracy.and_then(|accuracy| if case.is_static() { accuracy.slip } else { accuracy.time });
     match (case.solver.newton.tolerance, requested) {
         (Some(given), _) => given.value,
         (None, Some(requested)) => (RATIO * requested.value).clamp(TIGHTEST, LOOSEST_NEWTON),
-        (None, None) if case.time.scheme.value.conserves() => CONSERVING,
+        (None, None) if case.time.scheme.value.conserves() || staggered(case).is_some() => TIGHT,
         (None, None) => USUAL,
     }
 }

@@ -125,8 +125,11 @@ fn press<const D: usize>(
     if linear.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
-    let newton =
-        Monolithic::new(options::newton(case, terms, system.unknowns()), linear, system.pattern_vector())?;
+    let newton = Monolithic::new(
+        options::start_newton(case, terms, system.unknowns()),
+        linear,
+        system.pattern_vector(),
+    )?;
     let mut strategy = options::augmented(system, Box::new(newton));
     let spring = if system.holding().is_complete() { 0.0 } else { HOLDING };
     let mut continuation = Continuation { friction, spring, ..Continuation::default() };
