@@ -349,7 +349,7 @@ fn collisions_keep_energy_and_momentum() {
         let energy = results.table("energy.csv");
         let kinetic = energy.numbers("kinetic");
         let lost = energy.numbers("numerical").iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-        assert!(lost < 1e-8 * kinetic[0], "{case}: {lost} J of {} J", kinetic[0]);
+        assert!(lost < 1e-12 * kinetic[0], "{case}: {lost} J of {} J", kinetic[0]);
         let met = energy.numbers("contact").iter().any(|energy| *energy > 1e-4 * kinetic[0]);
         assert!(met, "{case}: the bodies meet");
         let heat = energy.last("friction_dissipated");
