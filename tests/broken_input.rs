@@ -340,6 +340,27 @@ const ON_A_FILE: &[Broken] = &[
     ),
 ];
 
+/// Contacts on a mesh file with the same facet in the sets `bottom` and `foot`.
+const ON_COMMON_FACETS: &[Broken] = &[
+    (
+        "boundary:",
+        "  heel: { contactor: block.foot, target: floor }\nboundary:",
+        3,
+        &[
+            "case.yml:16:22: contacts 'sole' and 'heel' have 1 facets of the contactor and the obstacle 'floor' in common",
+            "would be added: remove the common facets",
+        ],
+        2,
+    ),
+    (
+        "boundary:",
+        "  toe: { contactor: block.bottom, target: block.top }\n  heel: { contactor: block.foot, target: block.top }\nboundary:",
+        3,
+        &["case.yml:17:", "'toe' and 'heel'", "1 facets of the contactor and 1 facets of the target"],
+        0,
+    ),
+];
+
 fn check(output: &Output, code: i32, words: &[&str]) -> Result<(), String> {
     let said = format!("exit {:?} after {:?}\n{}{}", output.code, output.took, output.stdout, output.stderr);
     let fail = |what: String| Err(format!("{what}\n{said}"));
@@ -364,6 +385,8 @@ fn check(output: &Output, code: i32, words: &[&str]) -> Result<(), String> {
 fn folder_with_meshes(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("square.msh", SQUARE);
+    let named = SQUARE.replace("5\n0 4", "6\n1 6 \"foot\"\n0 4");
+    folder.write("foot.msh", &named.replace("4\n1 15", "5\n5 1 2 6 6 1 2\n1 15"));
     folder.write("unjoined.msh", UNJOINED);
     folder.write("folded.msh", FOLDED);
     folder.write("garbage.msh", "\u{1}\u{2} not a mesh\n\u{fffd}");
@@ -445,6 +468,7 @@ fn a_penetration_above_the_spacing_of_coordinates_is_accepted() {
 fn sets_that_the_mesh_lacks_are_refused_on_1_2_and_3_ranks() {
     let mesh = SMALL_BLOCK.replace(BOX, "file: square.msh, region: rubber");
     all_refused("sets", &mesh, ON_A_FILE);
+    all_refused("common", &mesh.replace("square", "foot"), ON_COMMON_FACETS);
 }
 
 /// A mesh file whose dimension differs from that of the case is refused.

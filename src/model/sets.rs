@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::case::{self, Action, At, Case};
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, SetKind};
+use crate::mesh::{Facet, Mesh, SetKind};
 
 /// Errors for the sets that contacts and boundaries name but that do not exist in the meshes, or
 /// that have no surface although one is needed. Each error gives its location in the case file and
@@ -40,8 +40,7 @@ pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> 
                 || case.error(contact.target.place, message).hint("name a surface with several facets");
             return (contactor.len() == 1).then(error);
         }
-        let known: HashSet<_> = contactor.iter().collect();
-        let count = target.iter().filter(|facet| known.contains(facet)).count();
+        let count = common(contactor, target);
         let names = [&contact.contactor.value, &contact.target.value];
         let message = format!("'{}' and '{}' have {count} facets in common", names[0], names[1]);
         let cure =
@@ -49,6 +48,48 @@ pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> 
         (count > 0).then(|| case.error(contact.target.place, message).hint(cure))
     };
     case.contact.values().filter_map(fault).collect()
+}
+
+/// Contacts that share facets with an earlier contact on both sides: their tractions would add up.
+/// Two contacts with exchanged sides share none, and the case itself is checked for parts of `all`.
+pub fn repeated_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let mut faults = Vec::new();
+    let mut before: Vec<(&str, &case::Contact)> = Vec::new();
+    for (name, contact) in case.contact.iter().filter(|(_, contact)| !contact.is_general()) {
+        let shared = |a: &str, b: &str| match [a, b].map(|set| mesh.facet_sets.get(set)) {
+            [Some(a), Some(b)] => common(a, b),
+            _ => 0,
+        };
+        for (first, other) in &before {
+            let contactors = shared(&other.contactor, &contact.contactor);
+            if contactors == 0 {
+                continue;
+            }
+            let is_obstacle = case.obstacles.get(&contact.target).is_some();
+            let targets = if is_obstacle {
+                (other.target.value == contact.target.value)
+                    .then(|| format!("the obstacle '{}'", contact.target.value))
+            } else {
+                let count = shared(&other.target, &contact.target);
+                (count > 0).then(|| format!("{count} facets of the target"))
+            };
+            let Some(targets) = targets else { continue };
+            let message = format!(
+                "contacts '{first}' and '{}' have {contactors} facets of the contactor and {targets} in common",
+                name.value
+            );
+            let cure = "their tractions would be added: remove the common facets from a set of one of them";
+            faults.push(case.error(contact.contactor.place, message).hint(cure));
+        }
+        before.push((&name.value, contact));
+    }
+    faults
+}
+
+/// Number of facets of `second` that are in `first`.
+fn common(first: &[Facet], second: &[Facet]) -> usize {
+    let known: HashSet<_> = first.iter().collect();
+    second.iter().filter(|facet| known.contains(facet)).count()
 }
 
 fn require<const D: usize>(case: &Case, mesh: &Mesh<D>, on: &At<String>, surface: bool) -> Result<()> {

@@ -97,7 +97,12 @@ impl<const D: usize> ContactColumn<D> {
     pub const TABLE: &'static [Self] = &[
         Self::FORCE_N,
         Self {
-            quantity: Quantity::vector("force", "N", "resultant on the contactor, friction included"),
+            quantity: Quantity::vector(
+                "force",
+                "N",
+                "resultant on the contactor, friction included; where both sides are contactors (`contact: all`, a \
+                 set against itself) the difference of two passes, near zero",
+            ),
             value: OverPoints::VectorIntegral(|point| force(point.state)),
         },
         Self {

@@ -6,7 +6,7 @@ use super::integrals::{
     AreaMeasure, Carried, FacetPair, FrozenChanges, FrozenFacet, Opposite, PAIR_NODES, PairFields,
     PairWorkspace, PlacedFacet, Range, VertexPotential, WantedVariations,
 };
-use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness};
+use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness, is_sliver};
 use super::obstacle::{PlacedObstacle, rule_of};
 use super::overlap::{ActivePair, Overlap};
 use super::surface::{VertexFacet, VertexSize, VertexSurface};
@@ -203,7 +203,9 @@ impl<const D: usize> VertexContact<D> {
                 sum.cover += integrals.cover;
                 sum.gap += own.gap;
                 sum.normal += own.normal;
-                sum.depth = sum.depth.max(own.depth);
+                if self.target.obstacle().is_some() {
+                    sum.depth = sum.depth.max(own.depth);
+                }
                 for (slip, field) in sum.slips.iter_mut().zip([&gathered.velocities, &gathered.increments]) {
                     for (value, coefficient) in field.iter().zip(own.coefficients) {
                         *slip += value * coefficient;
@@ -215,6 +217,9 @@ impl<const D: usize> VertexContact<D> {
             }
         });
         pairs.sort_by_key(|pair| (pair.facet, pair.target));
+        if self.target.obstacle().is_none() {
+            self.add_depths(&pairs, &mut sums);
+        }
         for (vertex, sums) in sums.iter_mut().enumerate() {
             let mut size = self.surface.size_of(vertex, self.share);
             if self.target.obstacle().is_some() {
@@ -223,6 +228,24 @@ impl<const D: usize> VertexContact<D> {
             sums.finish(&size);
         }
         Overlap { pairs, sums }
+    }
+
+    /// Adds the depths of facets below a body to their vertices. A facet that is covered only by a
+    /// sliver that is deeper than long lies behind another side, so that its depth means nothing.
+    fn add_depths(&self, pairs: &[ActivePair<D>], sums: &mut [VertexSums<D>]) {
+        for pairs in pairs.chunk_by(|a, b| a.facet == b.facet) {
+            let facet = &self.surface.facets()[pairs[0].facet as usize];
+            let cover = pairs.iter().map(|pair| pair.integrals.cover).sum();
+            let depths = pairs.iter().map(|pair| pair.integrals.vertices[0].depth);
+            let depth = depths.fold(f64::NEG_INFINITY, f64::max);
+            if is_sliver::<D>(depth, cover, facet.size, self.share) {
+                continue;
+            }
+            for vertex in facet.vertices.iter().flatten() {
+                let sum = &mut sums[*vertex as usize];
+                sum.depth = sum.depth.max(depth);
+            }
+        }
     }
 
     /// Gap of an uncovered vertex \[m\]. Over an obstacle it is the distance of the points around

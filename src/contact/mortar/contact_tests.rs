@@ -465,6 +465,30 @@ fn a_sliver_deeper_than_long_does_not_press() {
     assert_eq!([2.1e-3, 0.1].map(force), [0.0; 2]);
 }
 
+/// A sliver deeper than long has no depth, alone or beside a facet that is covered. What is longer
+/// than half of its depth has one.
+#[test]
+fn a_sliver_deeper_than_long_has_no_depth() {
+    const SHALLOW: f64 = 1e-6;
+    let deepest = |start: f64, long: f64, deep: f64| -> f64 {
+        let body = |across: [f64; 2], top: f64| block(ElementKind::Quad4, across, [-1.0, top], 2);
+        let [beside, sliver] = [body([start, 0.5], SHALLOW), body([0.5, 0.5 + long], deep)];
+        let mut lower = merge(vec![("a".to_owned(), beside), ("b".to_owned(), sliver)]).unwrap();
+        let top = ["a.top", "b.top"].map(|set| lower.facet_sets[set].clone()).concat();
+        lower.facet_sets.insert("top".to_owned(), top);
+        let upper = block(ElementKind::Quad4, [0.0, 1.0], [0.0, 1.0], 2);
+        let mut scene = Scene::<2>::new(upper, lower);
+        scene.evaluate(&ContactRequest::default());
+        scene.state.current.iter().map(|point| point.sunk).fold(0.0, f64::max)
+    };
+    for (start, rest) in [(-1.0, SHALLOW), (0.499_999_9, 0.0)] {
+        assert!((deepest(start, 1e-3, 0.1) - rest).abs() < 1e-9, "{}", deepest(start, 1e-3, 0.1));
+        for (long, deep) in [(1e-3, 1e-3), (0.2, 0.1)] {
+            assert!((deepest(start, long, deep) - deep).abs() < 1e-9, "{}", deepest(start, long, deep));
+        }
+    }
+}
+
 /// A fully covered vertex presses according to its depth, also if several facets cover it.
 #[test]
 fn what_is_covered_presses_however_deep() {

@@ -98,6 +98,19 @@ const COVERED: f64 = 1e-13;
 /// and 227 instead of 229.
 const ACROSS: f64 = 2.0;
 
+/// Inverse of the length that `cover` of the area `full` has across `width` [1/m]; 0 if all of it
+/// is covered.
+fn inverse_length(cover: f64, full: f64, width: f64) -> f64 {
+    (width / cover - width / full).max(0.0)
+}
+
+/// Whether what is covered of a facet of this size \[m\] is a sliver that is deeper than long. A
+/// pair carries `share` of the tractions, and so much of the area counts in `cover`.
+pub(super) fn is_sliver<const D: usize>(depth: f64, cover: f64, size: f64, share: f64) -> bool {
+    let width = share * size.powi(D as i32 - 2);
+    depth * inverse_length(cover, width * size, width) >= ACROSS
+}
+
 impl<const D: usize> VertexSums<D> {
     /// Finishes the summation. It clears the sums of a vertex, except its depth, in three cases:
     /// the vertex is covered only by rounding, the normals of the facets cancel, or it is covered
@@ -113,7 +126,7 @@ impl<const D: usize> VertexSums<D> {
 
     /// Inverse of the covered length around the vertex [1/m]; 0 if it is fully covered.
     fn inverse_length(&self) -> f64 {
-        (self.width / self.cover - self.width / self.full).max(0.0)
+        inverse_length(self.cover, self.full, self.width)
     }
 
     /// Mean gap `g = W / kappa` \[m\].
