@@ -209,7 +209,7 @@ impl<const D: usize> LocalContact<D> {
     /// Gathers the nearby facets of a deformable target at the current positions of the local nodes
     /// \[m\]. Collective.
     ///
-    /// `step` is the motion of the nodes as for [`ContactPair::is_stale`]. The deepest vertex is
+    /// `step` is the motion of the nodes as for `ContactPair::is_stale`. The deepest vertex is
     /// `below` the target \[m\].
     ///
     /// # Errors
