@@ -178,7 +178,7 @@ pub struct ChartArguments {
     /// Use only rows in which a column has one of these values
     #[arg(long = "where", value_name = "COLUMN=VALUE,...")]
     pub only: Vec<String>,
-    /// Leave gaps in the curves at rows in which a column has none of these values
+    /// Draw only rows in which a column has one of these values, with gaps at the others
     #[arg(long, value_name = "COLUMN=VALUE,...")]
     pub valid: Vec<String>,
     /// Axes with logarithmic scale

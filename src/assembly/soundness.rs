@@ -29,7 +29,9 @@ pub(super) fn unsound_force<const D: usize>(system: &ContactSystem<D>) -> Option
 /// Returns why the state at the end of the step in `stage` cannot be accepted although it
 /// balances: a part of it is not finite or is too large. The same on all ranks. Collective.
 pub fn unsound_state<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Option<String> {
-    let (u, v, a) = (stage.trial.u.owned(), stage.trial.v.owned(), stage.trial.a.owned());
+    let u = stage.trial.u.owned();
+    let v = stage.trial.v.owned();
+    let a = stage.trial.a.owned();
     let fields = [("displacement", &u[..]), ("velocity", &v[..]), ("acceleration", &a[..])];
     let in_fields = fields.iter().find_map(|(what, field)| {
         let dof = field.iter().position(|value| !is_sound(*value))?;

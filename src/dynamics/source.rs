@@ -196,8 +196,14 @@ mod tests {
     #[test]
     fn sources_are_listed_once() {
         let search = |undeformed| {
-            let (u, u_start, below) = (Vec::new(), Vec::new(), Vec::new());
-            Rc::new(SearchSource { undeformed, over_step: OverStep::No, u, u_start, below, ahead: false })
+            Rc::new(SearchSource {
+                undeformed,
+                over_step: OverStep::No,
+                u: Vec::new(),
+                u_start: Vec::new(),
+                below: Vec::new(),
+                ahead: false,
+            })
         };
         let (first, moved) = (search(true), search(false));
         let mut sources = Sources::default();

@@ -314,8 +314,8 @@ pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactLoad<D>> {
 mod tests {
     use super::*;
 
-    /// Every entry reduces to as many cells as it has headings, and each by its own rule: open
-    /// points count only where all points do.
+    /// Every entry reduces to as many cells as it has headings, and each by its own rule. Open
+    /// points enter only the entries over all points.
     #[test]
     fn entries_reduce_by_their_rule() {
         let closed = PointState::<2> {

@@ -377,7 +377,9 @@ impl EnergyLedger {
         if !system.momenta(&stage.trial.v, &mut self.momenta)? {
             return Ok((0.0, Momentum::default()));
         }
-        let (u, v, p) = (stage.trial.u.owned(), stage.trial.v.owned(), self.momenta.owned());
+        let u = stage.trial.u.owned();
+        let v = stage.trial.v.owned();
+        let p = self.momenta.owned();
         let kinetic = 0.5 * v.iter().zip(p.iter()).map(|(v, p)| v * p).sum::<f64>();
         let mut momentum = Momentum::default();
         let points = &system.local().mesh.points;

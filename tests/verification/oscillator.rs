@@ -50,7 +50,9 @@ impl Equations for Duffing {
     }
 
     fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
-        let (u, a, a_start) = (stage.trial.u.owned(), stage.trial.a.owned(), stage.start.a.owned());
+        let u = stage.trial.u.owned();
+        let a = stage.trial.a.owned();
+        let a_start = stage.start.a.owned();
         let start_forces = stage.start_forces.owned();
         let [at_start, at_end] = stage.balance.mass;
         let mut scale: f64 = 0.0;

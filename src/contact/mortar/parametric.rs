@@ -79,8 +79,8 @@ impl<'a> Parametric<'a> {
         None
     }
 
-    /// Solution of `c_1 r_1 + c_2 r_2 + c_3 r_1 r_2 = offset` in closed form, up to cancellation; the
-    /// centre if there is none.
+    /// Solution of `c_1 r_1 + c_2 r_2 + c_3 r_1 r_2 = offset` in closed form, up to cancellation. Returns
+    /// the centre if there is no solution.
     ///
     /// The product with `c_1 + c_3 r_2` eliminates `r_1`. Of the two roots the one is taken that
     /// belongs to the piece, where its determinant keeps its sign.
