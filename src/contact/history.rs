@@ -98,6 +98,9 @@ impl<const D: usize> History<D> {
 
 /// Per-point contents of a checkpoint: a fixed list of named numbers.
 impl<const D: usize> History<D> {
+    /// Number of columns.
+    pub const COLUMNS: usize = 2 * D + 6;
+
     /// The names, in the order of [`columns`](Self::columns).
     pub fn names() -> Vec<String> {
         let axes =
@@ -160,6 +163,7 @@ mod tests {
         };
         let mut columns = Vec::new();
         history.columns(&mut columns);
+        assert_eq!(columns.len(), History::<D>::COLUMNS);
         assert_eq!(columns.len(), History::<D>::names().len());
         assert_eq!(History::from_columns(&columns), Some(history));
         assert_eq!(History::<D>::from_columns(&columns[1..]), None);

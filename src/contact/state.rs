@@ -270,9 +270,12 @@ impl<const D: usize> ContactState<D> {
         History::<D>::names().into_iter().chain(own).chain(held).collect()
     }
 
+    /// Number of [`evaluation_names`](Self::evaluation_names).
+    pub const EVALUATION_COLUMNS: usize = History::<D>::COLUMNS + 5 + D;
+
     /// What the evaluation of all points reads, point by point.
     pub fn evaluated_from(&self) -> Vec<f64> {
-        let mut all = Vec::new();
+        let mut all = Vec::with_capacity(Self::EVALUATION_COLUMNS * self.history.len());
         for (p, (history, track)) in self.history.iter().zip(&self.track).enumerate() {
             let held = self.held.get(p).copied().unwrap_or_default();
             let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
@@ -288,13 +291,13 @@ impl<const D: usize> ContactState<D> {
     /// Restores what [`evaluated_from`](Self::evaluated_from) returned. Returns `false` if the
     /// number of points differs.
     pub fn evaluate_from(&mut self, points: &[f64]) -> bool {
-        let width = Self::evaluation_names().len();
+        let width = Self::EVALUATION_COLUMNS;
         if points.len() != width * self.history.len() {
             return false;
         }
         self.held.resize(self.history.len(), FrozenTractions::default());
         for (p, point) in points.chunks_exact(width).enumerate() {
-            let (history, own) = point.split_at(History::<D>::names().len());
+            let (history, own) = point.split_at(History::<D>::COLUMNS);
             let Some(history) = History::from_columns(history) else { return false };
             self.history[p] = history;
             if let Some(offset) = self.multipliers.offsets.get_mut(p) {
@@ -437,7 +440,8 @@ mod tests {
         let mut other = ContactState::<2>::new(2);
         other.augment(crate::contact::multipliers::Augmentation::Carried);
         let stored = state.evaluated_from();
-        assert_eq!(stored.len(), 2 * ContactState::<2>::evaluation_names().len());
+        assert_eq!(ContactState::<2>::EVALUATION_COLUMNS, ContactState::<2>::evaluation_names().len());
+        assert_eq!(stored.len(), 2 * ContactState::<2>::EVALUATION_COLUMNS);
         assert!(!other.evaluate_from(&stored[1..]) && other.evaluate_from(&stored));
         assert_eq!(other.history, state.history);
         for hold in [Hold::Nothing, Hold::Bound, Hold::BoundAndPressure, Hold::FrictionTraction] {
