@@ -13,21 +13,21 @@ use crate::error::Result;
 /// motion, and these are softer.
 pub fn rattles<const D: usize>(system: &ContactSystem<D>) -> bool {
     let stiffer = system.contacts().iter().filter(|contact| contact.stiffening > 1.0);
-    stiffer.into_iter().any(|contact| !system.is_calm(contact))
+    stiffer.into_iter().any(|contact| !system.bodies().is_calm(contact))
 }
 
 /// Whether a side of each contact has nodes without mass. Forces of other contacts belong to
 /// chattering nodes and are no measure of an impulse.
 pub fn calm<const D: usize>(system: &ContactSystem<D>) -> Vec<bool> {
-    system.contacts().iter().map(|contact| system.is_calm(contact)).collect()
+    system.contacts().iter().map(|contact| system.bodies().is_calm(contact)).collect()
 }
 
 /// For each contact, the root mean square speed of all bodies that an impulse on it gives to
 /// those of its bodies that are free to move \[1/kg\]. Collective.
 pub fn recoils<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
-    let masses = system.body_masses();
+    let masses = system.bodies().masses();
     let all: f64 = masses.iter().sum();
-    let flies = |body: &usize| masses[*body] > 0.0 && system.holding().leaves_free(*body);
+    let flies = |body: &usize| masses[*body] > 0.0 && system.bodies().holding().leaves_free(*body);
     let recoil = |contact: &LocalContact<D>| {
         let flying = contact.bodies.iter().filter(|body| flies(body));
         flying.map(|&body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()
@@ -46,7 +46,7 @@ pub fn recoils<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
 pub fn swing<const D: usize>(system: &mut ContactSystem<D>) -> Result<f64> {
     let mut normals = system.pattern_vector().like()?;
     system.contact_normals(&mut normals)?;
-    let mass = system.weighted_square(&normals)?.max(0.0);
+    let mass = system.bodies().weighted_square(&normals)?.max(0.0);
     let world = system.session().world();
     let stiffness = |contact: &LocalContact<D>| {
         let closed = || contact.state.current.iter().filter(|point| point.is_closed());
@@ -64,5 +64,5 @@ pub fn swing<const D: usize>(system: &mut ContactSystem<D>) -> Result<f64> {
 
 /// Number of nodes of all bodies on all ranks.
 pub fn nodes<const D: usize>(system: &ContactSystem<D>) -> u32 {
-    system.local().index.total.unsigned_abs()
+    system.bodies().local().index.total.unsigned_abs()
 }

@@ -34,7 +34,7 @@ impl Asked {
 /// penalty is therefore increased instead, see [`keep`]. A
 /// power law is not changed, because its penetration is that of the surface.
 pub fn limit<const D: usize>(system: &mut ContactSystem<D>, asked: Asked) {
-    let multipliers = !system.is_dynamic();
+    let multipliers = !system.bodies().is_dynamic();
     for contact in system.contacts_mut() {
         if let Some(tolerance) = asked.of(contact) {
             contact.tolerance = Some(tolerance);
@@ -71,7 +71,7 @@ pub fn keep<const D: usize>(system: &mut ContactSystem<D>) {
     const GROWTH: f64 = 2.0;
     /// Smallest part of the tolerance that is assumed to remain.
     const LEAST: f64 = 0.25;
-    if system.is_dynamic() {
+    if system.bodies().is_dynamic() {
         note_gaps(system);
         stiffen_where(system, |[depth, elastic]| elastic > GROWTH * (1.0 - depth).max(LEAST));
     }
@@ -86,7 +86,8 @@ pub fn mend<const D: usize>(system: &mut ContactSystem<D>) -> bool {
     const HARDLY: f64 = 1.0 / 32.0;
     /// Part of the tolerance to be kept, because a stiffened contact still yields a little.
     const INSIDE: f64 = 0.97;
-    system.is_dynamic() && stiffen_where(system, |[depth, elastic]| depth > INSIDE && elastic > HARDLY)
+    system.bodies().is_dynamic()
+        && stiffen_where(system, |[depth, elastic]| depth > INSIDE && elastic > HARDLY)
 }
 
 /// Stiffens contacts according to their depth and its elastic part, both relative to the

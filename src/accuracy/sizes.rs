@@ -11,7 +11,7 @@ use crate::petsc::Vector;
 /// # Errors
 /// If a PETSc call fails.
 pub fn mean_size<const D: usize>(system: &mut ContactSystem<D>, field: &Vector, weight: f64) -> Result<f64> {
-    let square = system.weighted_square(field)?;
+    let square = system.bodies().weighted_square(field)?;
     Ok((square / weight).max(0.0).sqrt())
 }
 
@@ -20,12 +20,12 @@ pub fn mean_size<const D: usize>(system: &mut ContactSystem<D>, field: &Vector, 
 /// # Errors
 /// If a PETSc call fails.
 pub fn weight<const D: usize>(system: &mut ContactSystem<D>) -> Result<f64> {
-    if !system.is_dynamic() {
-        return Ok(f64::from(system.local().index.total));
+    if !system.bodies().is_dynamic() {
+        return Ok(f64::from(system.bodies().local().index.total));
     }
     let mut ones = system.pattern_vector().like()?;
     ones.set(1.0);
-    Ok(system.weighted_square(&ones)? / D as f64)
+    Ok(system.bodies().weighted_square(&ones)? / D as f64)
 }
 
 /// Sets entries to zero that errors do not count: prescribed unknowns, and the normal part at
@@ -38,12 +38,12 @@ pub fn weight<const D: usize>(system: &mut ContactSystem<D>) -> Result<f64> {
 /// If a PETSc call fails.
 pub fn clear_uncounted<const D: usize>(system: &mut ContactSystem<D>, field: &mut Vector) -> Result<()> {
     clear_prescribed(system, field);
-    if system.contacts().iter().all(|contact| system.is_calm(contact)) {
+    if system.contacts().iter().all(|contact| system.bodies().is_calm(contact)) {
         return Ok(());
     }
     let mut normals = system.pattern_vector().like()?;
     system.contact_normals(&mut normals)?;
-    if 2.0 * normals.dot(&normals)? > f64::from(system.local().index.total) {
+    if 2.0 * normals.dot(&normals)? > f64::from(system.bodies().local().index.total) {
         return Ok(());
     }
     let (mut owned, normals) = (field.owned_mut(), normals.owned());
@@ -57,6 +57,6 @@ pub fn clear_uncounted<const D: usize>(system: &mut ContactSystem<D>, field: &mu
 /// Sets the entries of prescribed unknowns to zero.
 fn clear_prescribed<const D: usize>(system: &ContactSystem<D>, field: &mut Vector) {
     let mut owned = field.owned_mut();
-    let held = system.constrained().iter();
+    let held = system.bodies().constrained().iter();
     owned.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);
 }

@@ -18,7 +18,8 @@ pub struct Stuck {
 
 /// Current regularisations of the friction laws.
 pub fn regularizations<const D: usize>(system: &ContactSystem<D>) -> Vec<Option<Regularization>> {
-    system.contact_laws().map(|law| law.friction.map(|friction| friction.regularization)).collect()
+    let friction = system.contacts().iter().map(|contact| contact.law().friction);
+    friction.map(|law| law.map(|friction| friction.regularization)).collect()
 }
 
 /// Increases the stick stiffness so that no sticking point yields by more than `slip` \[m\]

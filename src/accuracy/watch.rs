@@ -123,7 +123,7 @@ impl ErrorController {
             given: slip::regularizations(system),
             penetration: super::requested_penetration(case)
                 .and_then(|asked| penetration::tolerance(system, asked)),
-            massless: system.redistributed()[0].clone(),
+            massless: system.bodies().redistributed()[0].clone(),
             memory: Memory {
                 time: budget(accuracy.time.filter(|_| past.is_some())),
                 energy: budget(accuracy.energy.filter(|_| scheme.has_inertia())),
@@ -257,8 +257,8 @@ impl ErrorController {
                 rattles: oscillation::rattles(system),
                 rubs: system.has_friction(),
             };
-            self.remark = self.memory.shortest.remark(&plight, system.units());
-            self.memory.shortest.hopeless(&plight, stage, system.units()).map_or(Ok(()), Err)?;
+            self.remark = self.memory.shortest.remark(&plight, system.bodies().units());
+            self.memory.shortest.hopeless(&plight, stage, system.bodies().units()).map_or(Ok(()), Err)?;
         }
         if let Some(budget) = &mut self.memory.time {
             let [error, fair] = self.judged;

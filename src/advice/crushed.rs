@@ -10,7 +10,7 @@ const PART: f64 = 0.8;
 /// length along an axis. Collective.
 pub fn crushed<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Option<String> {
     let sides: Vec<[f64; D]> = (0..model.bodies.len())
-        .map(|body| sides_of(system.session().world(), system.local(), body))
+        .map(|body| sides_of(system.session().world(), system.bodies().local(), body))
         .collect();
     let m = &model.units.of("m");
     model.supports.iter().find_map(|support| {

@@ -3,8 +3,8 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use crate::assembly::{ContactSystem, LocalContact, known_length};
-use crate::dynamics::{Equations, RigidMotion};
+use crate::assembly::{ContactSystem, LocalContact};
+use crate::dynamics::RigidMotion;
 use crate::petsc::Vector;
 use crate::tensor::Vector as Point;
 
@@ -33,7 +33,7 @@ pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vecto
     let mut largest = 0.0_f64;
     let world = system.session().world();
     world.all_reduce_into(&own, &mut largest, SystemOperation::max());
-    let touching = known_length(system.size(), system.extent());
+    let touching = system.bodies().known_length();
     let resists = |(contact, target): (&LocalContact<D>, &Point<D>)| {
         let rubs = contact.law().friction.is_some();
         let least = if rubs { STILL } else { -STILL } * largest;
@@ -57,8 +57,8 @@ fn mean_target_motions<const D: usize>(system: &ContactSystem<D>, field: &[f64])
     let mut nodes = Vec::new();
     for (contact, sums) in system.contacts().iter().zip(own.chunks_exact_mut(D + 1)) {
         for &facet in contact.pair.target_facets() {
-            system.local().mesh.facet_nodes(facet, &mut nodes);
-            for &node in nodes.iter().filter(|&&node| system.local().index.owns(node)) {
+            system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
+            for &node in nodes.iter().filter(|&&node| system.bodies().local().index.owns(node)) {
                 sums[D] += 1.0;
                 (0..D).for_each(|i| sums[i] += field[node as usize * D + i]);
             }

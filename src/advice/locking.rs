@@ -16,7 +16,7 @@ pub fn cures<const D: usize>(
 ) -> Vec<Vec<(ElementKind, Locking)>> {
     let kinds = ElementKind::ALL.len();
     let mut own = vec![0u8; model.bodies.len() * kinds];
-    for solid in system.solids() {
+    for solid in system.bodies().solids() {
         own[solid.body * kinds + solid.group.kind() as usize] = 1;
     }
     let mut all = vec![0u8; own.len()];

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::assembly::ContactSystem;
+use crate::assembly::{ContactSystem, LocalContact};
 use crate::model::Model;
 
 /// Plausible speeds of pressure waves \[m/s\], from the softest gels to beyond diamond.
@@ -17,7 +17,7 @@ const TONNES: &str = " For a case in mm, t, s write `units: { length: mm, mass: 
 
 /// A remark for each implausible number.
 pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
-    let is_dynamic = system.is_dynamic();
+    let is_dynamic = system.bodies().is_dynamic();
     let heavy = model.bodies.iter().filter(|body| is_dynamic && body.formulation.density > 0.0);
     let waves = heavy.filter_map(|body| {
         let formulation = &body.formulation;
@@ -34,8 +34,9 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
             )
         })
     });
-    let far_off = system.relative_stiffnesses().filter(|(_, ratio)| !STIFFNESSES.contains(ratio));
-    let contacts = far_off.map(|(name, ratio)| {
+    let stiffnesses = system.contacts().iter().map(|contact| (contact, contact.relative_stiffness()));
+    let far_off = stiffnesses.filter(|(_, ratio)| !STIFFNESSES.contains(ratio));
+    let contacts = far_off.map(|(LocalContact { name, .. }, ratio)| {
         format!(
             "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: check the units of \
              its normal law and of the moduli"

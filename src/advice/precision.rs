@@ -41,7 +41,7 @@ pub struct Precision {
 impl Precision {
     /// Precision of the positions of this system. Collective.
     pub fn of<const D: usize>(system: &ContactSystem<D>) -> Self {
-        let mesh = &system.local().mesh;
+        let mesh = &system.bodies().local().mesh;
         let edge = |element: usize| {
             let corners = &mesh.element_nodes(element)[..mesh.kinds[element].corners()];
             let pairs =
@@ -95,8 +95,8 @@ pub enum Motions {
 /// Strains are differences of displacements, gaps are differences of positions.
 pub fn farthest_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage, motions: Motions) -> f64 {
     let u = stage.trial.u.owned();
-    let places = system.local().mesh.points.as_flattened();
-    let held = &system.supports().dofs.constrained;
+    let places = system.bodies().local().mesh.points.as_flattened();
+    let held = &system.bodies().supports().dofs.constrained;
     let wanted = u.iter().zip(places).zip(held.iter());
     let own = wanted
         .filter(|(_, held)| motions == Motions::All || **held)

@@ -85,7 +85,7 @@ pub fn require_reach<const D: usize>(
             false => sizes + GENEROUS * (travel + flight),
         };
         if gap > reach {
-            let (m, s) = (system.units().of("m"), system.units().of("s"));
+            let (m, s) = (system.bodies().units().of("m"), system.bodies().units().of("s"));
             let message = format!(
                 "contact '{}' can not close: its surfaces are initially {gap:.3e} {m} apart, and within \
                      {} {s} the bodies move by at most {reach:.3e} {m}",
@@ -103,7 +103,7 @@ pub fn require_reach<const D: usize>(
 fn between<const D: usize>(system: &ContactSystem<D>, contact: &model::ContactModel<D>) -> Result<f64> {
     let Target::Surface { set, .. } = &contact.target else { return Ok(0.0) };
     let [one, other] = [&contact.contactor, set]
-        .map(|set| facets_of(system.local(), set).map(|facets| bounds(system, facets)));
+        .map(|set| facets_of(system.bodies().local(), set).map(|facets| bounds(system, facets)));
     let (one, other) = (one?, other?);
     let apart = |k: usize| (one.low[k] - other.high[k]).max(other.low[k] - one.high[k]).max(0.0);
     Ok((0..D).map(|k| apart(k).powi(2)).sum::<f64>().sqrt())
@@ -111,7 +111,7 @@ fn between<const D: usize>(system: &ContactSystem<D>, contact: &model::ContactMo
 
 /// The box around facets of all ranks. Collective.
 fn bounds<const D: usize>(system: &ContactSystem<D>, facets: &[Facet]) -> Bounds<D> {
-    let mesh = &system.local().mesh;
+    let mesh = &system.bodies().local().mesh;
     let of_facet = |&facet: &Facet| {
         let mut nodes = Vec::new();
         mesh.facet_nodes(facet, &mut nodes);
@@ -131,7 +131,7 @@ fn joined<const D: usize>(system: &ContactSystem<D>, own: Bounds<D>) -> Bounds<D
 
 /// Diagonals of the boxes around the bodies of a contact \[m\]. Collective.
 fn sizes<const D: usize>(system: &ContactSystem<D>, contact: &model::ContactModel<D>) -> f64 {
-    let mesh = &system.local().mesh;
+    let mesh = &system.bodies().local().mesh;
     let size = |body: usize| {
         let elements = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == body);
         let nodes = elements.flat_map(|element| mesh.element_nodes(element));
@@ -154,10 +154,10 @@ fn is_prescribed<const D: usize>(
     let mut free = 0u64;
     let mut nodes = Vec::new();
     for set in sets {
-        for &facet in facets_of(system.local(), set)? {
-            system.local().mesh.facet_nodes(facet, &mut nodes);
+        for &facet in facets_of(system.bodies().local(), set)? {
+            system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
             let dofs = nodes.iter().flat_map(|&node| node as usize * D..(node as usize + 1) * D);
-            free += dofs.filter(|&dof| !system.supports().dofs.constrained[dof]).count() as u64;
+            free += dofs.filter(|&dof| !system.bodies().supports().dofs.constrained[dof]).count() as u64;
         }
     }
     let mut all = 0;
@@ -172,10 +172,10 @@ fn way<const D: usize>(system: &mut ContactSystem<D>, model: &Model<D>, span: &S
     let steps = (span.end / span.step * (1.0 - 1e-12)).clamp(1.0, INSTANTS).ceil();
     let even = (0..=steps as u32).map(|k| span.end * f64::from(k) / steps);
     let instants: Vec<f64> = even.chain(kinks.iter().copied()).collect();
-    let [travel, speed] = system.supports().largest(&system.local().mesh.points, &instants);
+    let [travel, speed] = system.bodies().supports().largest(&system.bodies().local().mesh.points, &instants);
     let speed = speed + speed_at_start(system, model);
     let part = load(system, model, &kinks);
-    let lightest = system.body_masses().into_iter().fold(f64::INFINITY, f64::min);
+    let lightest = system.bodies().masses().into_iter().fold(f64::INFINITY, f64::min);
     let world = system.session().world();
     let mut most = [0.0; 2];
     let mut load = 0.0;
@@ -196,7 +196,7 @@ fn load<const D: usize>(system: &mut ContactSystem<D>, model: &Model<D>, instant
     if !model.loads.iter().all(|load| load.kind.is_linear_between_kinks()) {
         return f64::INFINITY;
     }
-    let mut force = vec![0.0; system.local().index.owned * D];
+    let mut force = vec![0.0; system.bodies().local().index.owned * D];
     let at = |time: &f64| {
         force.fill(0.0);
         system.add_undeformed_loads(*time, &mut force);
@@ -207,7 +207,7 @@ fn load<const D: usize>(system: &mut ContactSystem<D>, model: &Model<D>, instant
 
 /// Largest initial velocity of this rank's bodies \[m/s\].
 fn speed_at_start<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> f64 {
-    let mesh = &system.local().mesh;
+    let mesh = &system.bodies().local().mesh;
     let of_element = |element: usize| {
         let functions = &model.bodies[usize::from(mesh.body[element])].initial_velocity;
         let at = |&node: &u32| {

@@ -1,7 +1,5 @@
 //! Multipliers and stiffer penalties, which bring contacts to a requested penetration.
 
-use std::collections::BTreeSet;
-
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
@@ -9,8 +7,6 @@ use super::contact::LocalContact;
 use super::redistribution::Redistribution;
 use super::system::ContactSystem;
 use crate::dynamics::Shortfall;
-use crate::error::Result;
-use crate::petsc::Vector;
 
 impl<const D: usize> LocalContact<D> {
     /// Restores the multipliers of the last accepted step.
@@ -96,35 +92,10 @@ impl<const D: usize> ContactSystem<D> {
         &mut self.contacts
     }
 
-    /// Square of a nodal field, weighted by the mass. In systems without mass all nodes have equal
-    /// weight. Collective.
-    ///
-    /// # Errors
-    /// If a PETSc call fails.
-    pub fn weighted_square(&mut self, field: &Vector) -> Result<f64> {
-        let Some(mass) = &self.mass else { return field.dot(field) };
-        mass.multiply(field, &mut self.work)?;
-        field.dot(&self.work)
-    }
-
-    /// Whether a side of the contact has nodes without mass.
-    pub fn is_calm(&self, contact: &LocalContact<D>) -> bool {
-        self.redistribution.as_ref().is_some_and(|mass| contact.bodies.iter().any(|&body| mass.has(body)))
-    }
-
-    /// Names of the bodies whose mass is redistributed, and of those whose mass cannot be
-    /// redistributed as required.
-    pub fn redistributed(&self) -> [Vec<String>; 2] {
-        let names = |bodies: &BTreeSet<usize>| {
-            bodies.iter().map(|&body| self.bodies[body].name().to_owned()).collect()
-        };
-        self.redistribution.as_ref().map_or_else(Default::default, |mass| mass.bodies().each_ref().map(names))
-    }
-
     /// Memory on this rank for the multipliers of contact points, and for the redistribution of
     /// mass \[bytes\].
     pub fn bytes(&self) -> [usize; 2] {
         let multipliers = self.contacts.iter().map(|contact| contact.state.multiplier_bytes()).sum();
-        [multipliers, self.redistribution.as_ref().map_or(0, Redistribution::bytes)]
+        [multipliers, self.bodies.redistribution.as_ref().map_or(0, Redistribution::bytes)]
     }
 }

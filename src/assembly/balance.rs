@@ -1,6 +1,5 @@
 //! The residual (3.9): forces of elements, contacts and loads, and the inertia.
 
-use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact_forces::add_contact_forces;
@@ -12,7 +11,39 @@ use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::Branches;
 use crate::dynamics::{Equations, OverStep, Residual, Stage};
 use crate::error::{Result, agree};
-use crate::petsc::Vector;
+use crate::petsc::{Vector, sum_over_ranks};
+
+/// Sums of squares of the residual and its parts [N^2], and numbers of ranks.
+#[derive(Debug, Clone, Copy, Default)]
+struct ResidualSums {
+    residual: f64,
+    internal: f64,
+    contact: f64,
+    external: f64,
+    inertia: f64,
+    /// Ranks with an error.
+    trouble: f64,
+    /// Ranks with a contact that has to search again.
+    stale: f64,
+}
+
+impl ResidualSums {
+    fn add_all_ranks(&mut self, world: &impl CommunicatorCollectives) {
+        let Self { residual, internal, contact, external, inertia, trouble, stale } = self;
+        sum_over_ranks(world, [residual, internal, contact, external, inertia, trouble, stale]);
+    }
+
+    /// Norm of the residual, and the largest norm of its parts.
+    ///
+    /// If a part is not finite, the norm is NaN, also if only prescribed unknowns are affected: no
+    /// residual is small compared with NaN.
+    fn residual(&self) -> Residual {
+        let parts = [self.internal, self.contact, self.external, self.inertia];
+        let scale = parts.into_iter().fold(0.0, f64::max).sqrt();
+        let sound = parts.into_iter().all(f64::is_finite);
+        Residual { norm: if sound { self.residual.sqrt() } else { f64::NAN }, scale }
+    }
+}
 
 impl<const D: usize> ContactSystem<D> {
     pub(super) fn moment<'a>(stage: &Stage, factor: f64, u: &'a [f64]) -> Moment<'a> {
@@ -29,7 +60,7 @@ impl<const D: usize> ContactSystem<D> {
         let hold = hold(self.continuation.friction, self.split);
         let factor = self.continuation.load_factor;
         let request = ContactRequest { stiffness: None, hold, branches, over_step };
-        let solids = &self.solids;
+        let solids = &self.bodies.solids;
         let loads = &mut self.external;
         let phases = &self.phases;
         let fault = &mut self.fault;
@@ -51,7 +82,7 @@ impl<const D: usize> ContactSystem<D> {
             loads.add_force(&Self::moment(stage, factor, &u), solids, external);
         };
         let Some(interface) = &mut self.interface else { return bodies() };
-        let world = self.session.world();
+        let world = self.bodies.session.world();
         if branches == Branches::Actual {
             interface.bring(world, &fields);
         }
@@ -61,7 +92,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Computes `M (w_0 a_start + w_1 a_end)` into `work`. Does nothing without inertia.
     pub(super) fn weigh_inertia(&mut self, stage: &Stage) -> Result<()> {
-        let Some(mass) = self.mass.as_ref().filter(|_| stage.inertia) else {
+        let Some(mass) = self.bodies.mass.as_ref().filter(|_| stage.inertia) else {
             self.work.set(0.0);
             return Ok(());
         };
@@ -74,7 +105,7 @@ impl<const D: usize> ContactSystem<D> {
         {
             let mut mean = self.inertia.owned_mut();
             let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
-            let held = self.supports.dofs.constrained[..mean.len()].iter().enumerate();
+            let held = self.bodies.supports.dofs.constrained[..mean.len()].iter().enumerate();
             for (dof, _) in held.filter(|(_, held)| **held) {
                 mean[dof] = stage.balance.start_force * start[dof] + end[dof];
             }
@@ -110,70 +141,35 @@ impl<const D: usize> ContactSystem<D> {
         self.sweep(stage, branches);
         self.trouble = self.trouble.take().or_else(|| self.external.take_trouble());
         self.weigh_inertia(stage)?;
-        let mut sums = [0.0; 7];
+        let mut sums = ResidualSums::default();
         {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
             let ForceParts { internal, contact, external } = &self.parts;
-            let constrained = &self.supports.dofs.constrained;
+            let constrained = self.bodies.constrained();
             for i in 0..out.len() {
                 forces[i] = internal[i] - external[i] - contact[i];
                 let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
                 out[i] = if constrained[i] { 0.0 } else { total };
-                let terms = [out[i], internal[i], contact[i], external[i], inertia[i]];
-                sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term * term);
+                sums.residual += out[i] * out[i];
+                sums.internal += internal[i] * internal[i];
+                sums.contact += contact[i] * contact[i];
+                sums.external += external[i] * external[i];
+                sums.inertia += inertia[i] * inertia[i];
             }
         }
         if self.fault.is_some() {
-            sums[0] = f64::NAN;
+            sums.residual = f64::NAN;
         }
-        sums[5] = f64::from(u8::from(self.trouble.is_some()));
-        sums[6] = f64::from(u8::from(self.is_stale(stage)));
-        let mut total = [0.0; 7];
-        self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
-        if total[5] > 0.0 {
-            agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
+        sums.trouble = f64::from(u8::from(self.trouble.is_some()));
+        sums.stale = f64::from(u8::from(self.is_stale(stage)));
+        let world = self.bodies.session.world();
+        sums.add_all_ranks(world);
+        if sums.trouble > 0.0 {
+            agree(world, self.trouble.take().map_or(Ok(()), Err))?;
         }
-        let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
-        // This also applies if only prescribed unknowns are affected: no residual is small compared
-        // with NaN.
-        let sound = total[1..5].iter().all(|sum| sum.is_finite());
-        let residual = Residual { norm: if sound { total[0].sqrt() } else { f64::NAN }, scale };
-        Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
-    }
-
-    /// Gives the nodes without mass the mean velocity of the step and zero acceleration.
-    /// Collective.
-    ///
-    /// Without inertia, rates that a scheme derives for them would oscillate from step to step.
-    ///
-    /// # Errors
-    /// If a PETSc call fails.
-    pub fn calm_massless(&self, stage: &mut Stage) -> Result<()> {
-        let Some(mass) = self.mass.as_ref().filter(|mass| stage.inertia && mass.is_partial()) else {
-            return Ok(());
-        };
-        {
-            let (start, end) = (stage.start.u.owned(), stage.trial.u.owned());
-            let (mut v, mut a) = (stage.trial.v.owned_mut(), stage.trial.a.owned_mut());
-            let dofs = mass.massless().iter().flat_map(|&node| node as usize * D..node as usize * D + D);
-            for dof in dofs.filter(|&dof| !self.supports.dofs.constrained[dof]) {
-                v[dof] = (end[dof] - start[dof]) / stage.dt;
-                a[dof] = 0.0;
-            }
-        }
-        stage.trial.v.update_ghosts()?;
-        stage.trial.a.update_ghosts()
-    }
-
-    /// Sets the nodes without mass to zero. They have no acceleration of their own, and their
-    /// forces balance at every instant, independent of earlier ones.
-    pub fn rest_massless(&self, rhs: &mut Vector) {
-        let Some(mass) = &self.mass else { return };
-        let mut rhs = rhs.owned_mut();
-        for &node in mass.massless() {
-            rhs[node as usize * D..][..D].fill(0.0);
-        }
+        let residual = sums.residual();
+        Ok((residual, sums.stale > 0.0 && residual.norm.is_finite()))
     }
 
     /// Sets the prescribed unknowns at the end of a step over which forces conserve. Accelerations
@@ -195,7 +191,7 @@ impl<const D: usize> ContactSystem<D> {
     /// # Errors
     /// If a PETSc call fails.
     pub fn imbalance(&mut self, stage: &Stage, out: &mut Vector) -> Result<()> {
-        match self.mass.as_ref().filter(|_| stage.inertia) {
+        match self.bodies.mass.as_ref().filter(|_| stage.inertia) {
             Some(mass) => mass.multiply(&stage.trial.a, out)?,
             None => out.set(0.0),
         }

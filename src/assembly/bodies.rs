@@ -1,7 +1,29 @@
-//! Names and kinematics of the bodies.
+//! The discretised bodies without their contacts: mesh, elements, mass and supports.
 
-use crate::element::Kinematics;
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::build::{extent, farthest, free_bodies, physics, supports};
+use super::contact::LocalContact;
+use super::holding::Holding;
+use super::mass::{MassMatrix, Supported};
+use super::pattern::pattern_of_elements;
+use super::pieces::Pieces;
+use super::redistribution::Redistribution;
+use super::solid::{SolidElements, solids};
+use super::supports::Supports;
+use crate::case::Units;
+use crate::dynamics::Stage;
+use crate::element::{ElementStress, Inverted, Kinematics};
+use crate::error::{Error, Result, agree};
+use crate::mesh::spelled;
 use crate::model::{Body, Model};
+use crate::partition::LocalMesh;
+use crate::petsc::{BlockPattern, Session, Vector};
+use crate::space::Prescribed;
 
 /// Name and kinematics of a body.
 pub(super) struct NamedBody {
@@ -18,7 +40,279 @@ impl NamedBody {
 }
 
 /// Names and kinematics of the bodies of the model.
-pub(super) fn named_bodies<const D: usize>(model: &Model<D>) -> Vec<NamedBody> {
+fn named_bodies<const D: usize>(model: &Model<D>) -> Vec<NamedBody> {
     let named = |body: &Body| NamedBody { name: body.name.clone(), kinematics: body.formulation.kinematics };
     model.bodies.iter().map(named).collect()
+}
+
+/// Relative accuracy of coordinates. Surfaces that overlap by less than this part of the extent of
+/// all bodies touch exactly.
+const ROUNDING: f64 = 1e-12;
+/// Accuracy far from the origin, in units of the rounding of the largest coordinate.
+const ROUNDINGS: f64 = 8.0;
+
+/// Size and position of all bodies together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Extent {
+    /// Longest side of the box around all bodies \[m\].
+    pub size: f64,
+    /// Largest magnitude of coordinates: the size, or the distance from the origin \[m\].
+    pub farthest: f64,
+}
+
+impl Extent {
+    /// Of all bodies on all ranks. Collective.
+    pub fn of<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> Self {
+        let size = extent(world, local);
+        Self { size, farthest: size.max(farthest(world, local)) }
+    }
+
+    /// Accuracy to which positions are known \[m\].
+    pub fn known_length(&self) -> f64 {
+        (ROUNDING * self.size).max(ROUNDINGS * f64::EPSILON * self.farthest)
+    }
+}
+
+/// The discretised bodies of one rank.
+pub struct Bodies<const D: usize> {
+    pub(super) session: Rc<Session>,
+    /// Units of all numbers, for messages.
+    pub(super) units: Units,
+    pub(super) local: LocalMesh<D>,
+    pub(super) extent: Extent,
+    pub(super) solids: Vec<SolidElements<D>>,
+    pub(super) supports: Supports<D>,
+    pub(super) mass: Option<MassMatrix>,
+    pub(super) redistribution: Option<Redistribution>,
+    /// Couplings by elements.
+    pub(super) pattern: Rc<BlockPattern>,
+    pub(super) names: Vec<NamedBody>,
+    pub(super) pieces: Pieces<D>,
+    holding: Holding,
+}
+
+impl<const D: usize> Bodies<D> {
+    /// Discretises the bodies of the model on the rank's part of the mesh. Collective.
+    ///
+    /// # Errors
+    /// If the model does not fit the mesh, the same on all ranks.
+    pub(super) fn new(
+        session: &Rc<Session>,
+        local: LocalMesh<D>,
+        model: &Model<D>,
+        extent: Extent,
+        inertia: bool,
+    ) -> Result<Self> {
+        let world = session.world();
+        let supports = agree(world, supports(&local, model))?;
+        let pattern = Rc::new(pattern_of_elements(&local));
+        let constrained = &supports.dofs.constrained;
+        let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
+        let redistribution =
+            if inertia { Redistribution::new(session, &local, model, &solids)? } else { None };
+        let pieces = Pieces::new(world, &local, model);
+        let free = free_bodies(world, &local, &pieces, &supports);
+        let mut bodies = Self {
+            session: session.clone(),
+            units: model.units,
+            local,
+            extent,
+            solids,
+            supports,
+            mass: None,
+            redistribution,
+            pattern: pattern.clone(),
+            names: named_bodies(model),
+            pieces,
+            holding: Holding::default(),
+        };
+        if inertia {
+            bodies.mass = Some(bodies.mass_matrix(&pattern)?);
+        }
+        bodies.holding = Holding::new(free, &bodies.pieces, &bodies.allowed_motions());
+        Ok(bodies)
+    }
+
+    /// The mass matrix with this pattern. Collective.
+    pub(super) fn mass_matrix(&self, pattern: &Rc<BlockPattern>) -> Result<MassMatrix> {
+        let supported = Supported { constrained: self.constrained(), index: &self.local.index };
+        MassMatrix::new(&self.session, pattern, &self.solids, &supported, self.redistribution.as_ref())
+    }
+
+    /// The units of all numbers.
+    pub fn units(&self) -> Units {
+        self.units
+    }
+
+    /// The rank's part of the mesh.
+    pub fn local(&self) -> &LocalMesh<D> {
+        &self.local
+    }
+
+    /// The elements of this rank, by body and kind.
+    pub fn solids(&self) -> &[SolidElements<D>] {
+        &self.solids
+    }
+
+    /// The prescribed displacements.
+    pub fn supports(&self) -> &Supports<D> {
+        &self.supports
+    }
+
+    /// The displacement boundaries with their unknowns on this rank.
+    pub fn boundaries(&self) -> &[Prescribed] {
+        &self.supports.dofs.boundaries
+    }
+
+    /// Whether each local unknown is prescribed.
+    pub fn constrained(&self) -> &[bool] {
+        &self.supports.dofs.constrained
+    }
+
+    /// How supports hold the bodies.
+    pub fn holding(&self) -> &Holding {
+        &self.holding
+    }
+
+    /// Number of prescribed unknowns on all ranks. Collective.
+    pub fn prescribed(&self) -> usize {
+        let rows = self.local.index.owned * D;
+        let own = self.constrained()[..rows].iter().filter(|held| **held).count() as u64;
+        let mut total = 0u64;
+        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
+        total as usize
+    }
+
+    /// Number of unknowns on all ranks, including prescribed ones.
+    pub fn unknowns(&self) -> usize {
+        self.local.index.total as usize * D
+    }
+
+    /// Longest side of the box around all bodies \[m\].
+    pub fn size(&self) -> f64 {
+        self.extent.size
+    }
+
+    /// Accuracy to which positions are known \[m\].
+    pub fn known_length(&self) -> f64 {
+        self.extent.known_length()
+    }
+
+    /// Whether the bodies have inertia.
+    pub fn is_dynamic(&self) -> bool {
+        self.mass.is_some()
+    }
+
+    /// Mass of each body \[kg\]. Collective.
+    pub fn masses(&self) -> Vec<f64> {
+        let mut own = vec![0.0; self.names.len()];
+        for solid in &self.solids {
+            solid.group.mass(|index, mass| {
+                if self.local.mine[solid.group.elements()[index] as usize] {
+                    own[solid.body] += mass.iter().sum::<f64>();
+                }
+            });
+        }
+        let mut masses = vec![0.0; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut masses[..], SystemOperation::sum());
+        masses
+    }
+
+    /// Computes the momenta of the nodes, `out = M v` \[N s\]. Returns `false` if the bodies have no
+    /// inertia. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn momenta(&self, v: &Vector, out: &mut Vector) -> Result<bool> {
+        let Some(mass) = &self.mass else { return Ok(false) };
+        mass.multiply(v, out)?;
+        Ok(true)
+    }
+
+    /// Strain energy of this rank's elements at the local displacements `u` \[J\].
+    pub fn strain_energy(&self, u: &[f64]) -> f64 {
+        self.solids.iter().map(|solid| solid.group.strain_energy(u, &self.local.mine)).sum()
+    }
+
+    /// Passes the stress of each local element at the displacement `u` \[m\] to
+    /// `receive(element, stress)`.
+    pub fn element_stress(&self, u: &Vector, mut receive: impl FnMut(usize, &ElementStress)) {
+        let u = u.local();
+        for solid in &self.solids {
+            let elements = solid.group.elements();
+            solid.group.stress(&u, |index, stress| receive(elements[index] as usize, stress));
+        }
+    }
+
+    /// Square of a nodal field, weighted by the mass. Without inertia all nodes have equal weight.
+    /// Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn weighted_square(&self, field: &Vector) -> Result<f64> {
+        let Some(mass) = &self.mass else { return field.dot(field) };
+        let mut weighted = field.like()?;
+        mass.multiply(field, &mut weighted)?;
+        field.dot(&weighted)
+    }
+
+    /// Whether a side of the contact has nodes without mass.
+    pub fn is_calm(&self, contact: &LocalContact<D>) -> bool {
+        self.redistribution.as_ref().is_some_and(|mass| contact.bodies.iter().any(|&body| mass.has(body)))
+    }
+
+    /// Names of the bodies whose mass is redistributed, and of those whose mass cannot be
+    /// redistributed as required.
+    pub fn redistributed(&self) -> [Vec<String>; 2] {
+        let names = |bodies: &BTreeSet<usize>| {
+            bodies.iter().map(|&body| self.names[body].name().to_owned()).collect()
+        };
+        self.redistribution.as_ref().map_or_else(Default::default, |mass| mass.bodies().each_ref().map(names))
+    }
+
+    /// Gives the nodes without mass the mean velocity of the step and zero acceleration.
+    /// Collective.
+    ///
+    /// Without inertia, rates that a scheme derives for them would oscillate from step to step.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn calm_massless(&self, stage: &mut Stage) -> Result<()> {
+        let Some(mass) = self.mass.as_ref().filter(|mass| stage.inertia && mass.is_partial()) else {
+            return Ok(());
+        };
+        {
+            let (start, end) = (stage.start.u.owned(), stage.trial.u.owned());
+            let (mut v, mut a) = (stage.trial.v.owned_mut(), stage.trial.a.owned_mut());
+            let dofs = mass.massless().iter().flat_map(|&node| node as usize * D..node as usize * D + D);
+            for dof in dofs.filter(|&dof| !self.constrained()[dof]) {
+                v[dof] = (end[dof] - start[dof]) / stage.dt;
+                a[dof] = 0.0;
+            }
+        }
+        stage.trial.v.update_ghosts()?;
+        stage.trial.a.update_ghosts()
+    }
+
+    /// Sets the nodes without mass to zero. They have no acceleration of their own, and their
+    /// forces balance at every instant, independent of earlier ones.
+    pub fn rest_massless(&self, rhs: &mut Vector) {
+        let Some(mass) = &self.mass else { return };
+        let mut rhs = rhs.owned_mut();
+        for &node in mass.massless() {
+            rhs[node as usize * D..][..D].fill(0.0);
+        }
+    }
+
+    /// Describes the inverted element: number, position, determinant.
+    pub(super) fn describe(&self, inverted: &Inverted) -> Error {
+        let centre = self.local.mesh.element_centre(inverted.element as usize);
+        let number = self.local.input_element[inverted.element as usize];
+        Error::guard(format!(
+            "element {number} at {} {} is inverted (det F = {:.3e})",
+            spelled(&centre),
+            self.units.of("m"),
+            inverted.det
+        ))
+    }
 }

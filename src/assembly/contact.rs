@@ -130,6 +130,14 @@ impl<const D: usize> LocalContact<D> {
         if self.is_deformable() { self.pair.facet() } else { self.facet_size }
     }
 
+    /// Normal stiffness at a high pressure (a tenth of the softer modulus), relative to that of the
+    /// elements beneath the surface.
+    pub fn relative_stiffness(&self) -> f64 {
+        let law = self.law().normal;
+        let modulus = self.beneath * self.facet_size;
+        -law.evaluate(-law.penetration(0.1 * modulus)).derivative / self.beneath
+    }
+
     /// Whether the target is deformable.
     pub fn is_deformable(&self) -> bool {
         self.obstacle().is_none()

@@ -18,10 +18,8 @@ use crate::dynamics::{
     Freeze, Lift, MatrixSource, MultigridHints, OverStep, Residual, Resumption, RigidMotion, Shortfall,
     Split, Stage, Staging,
 };
-use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
-use crate::mesh::spelled;
-use crate::petsc::{Matrix, Vector};
+use crate::petsc::{Matrix, Vector, sum_over_ranks};
 use crate::space::Fields;
 use crate::terms::Terms;
 
@@ -39,7 +37,7 @@ impl<const D: usize> Equations for ContactSystem<D> {
             } else {
                 stage.trial.time
             };
-            self.supports.fill(&self.local.mesh.points, time, factor, fields)
+            self.bodies.supports.fill(&self.bodies.local.mesh.points, time, factor, fields)
         };
         self.trouble = filled.err();
         if stage.over_step == OverStep::Middle {
@@ -68,9 +66,9 @@ impl<const D: usize> Equations for ContactSystem<D> {
     }
 
     fn fault(&mut self) -> Option<Error> {
-        let told = |own: Option<Error>| agree(self.session.world(), own.map_or(Ok(()), Err)).err();
+        let told = |own: Option<Error>| agree(self.bodies.session.world(), own.map_or(Ok(()), Err)).err();
         // An inverted element causes non-finite values on any rank.
-        let inverted = self.fault.map(|inverted| self.describe(&inverted));
+        let inverted = self.fault.map(|inverted| self.bodies.describe(&inverted));
         told(inverted).or_else(|| told(unsound_force(self)))
     }
 
@@ -83,11 +81,11 @@ impl<const D: usize> Equations for ContactSystem<D> {
     }
 
     fn units(&self) -> Units {
-        self.units
+        self.bodies.units
     }
 
     fn extent(&self) -> f64 {
-        self.extent
+        self.bodies.extent.farthest
     }
 }
 
@@ -116,25 +114,23 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
         }
         // A stop request on one rank is communicated here, so that all ranks leave the step at the
         // same iterate.
-        let asked = usize::from(self.session.is_asked_to_stop());
-        let counts =
-            [own.closed, own.pressing, own.changed, own.alternating, own.flipped, stick, slip, asked]
-                .map(|n| n as u64);
-        let mut total = [0u64; 8];
-        self.session.world().all_reduce_into(&counts[..], &mut total[..], SystemOperation::sum());
-        let [closed, pressing, changed, alternating, flipped, stick, slip, asked] = total;
+        let mut asked = usize::from(self.bodies.session.is_asked_to_stop());
+        let Changes { closed, pressing, changed, alternating, flipped } = &mut own;
+        let counts = [closed, pressing, changed, alternating, flipped, &mut stick, &mut slip, &mut asked];
+        sum_over_ranks(self.bodies.session.world(), counts);
         if asked > 0 {
             return Err(Error::stopped("stop requested within a step"));
         }
-        let usize_of = |n: u64| n as usize;
-        self.changes = Changes {
-            closed: usize_of(closed),
-            pressing: usize_of(pressing),
-            changed: usize_of(changed),
-            alternating: usize_of(alternating),
-            flipped: usize_of(flipped),
-        };
-        Ok(ContactCounts { closed, pressing, stick, slip, changed, flipped })
+        self.changes = own;
+        let count = |number: usize| number as u64;
+        Ok(ContactCounts {
+            closed: count(own.closed),
+            pressing: count(own.pressing),
+            stick: count(stick),
+            slip: count(slip),
+            changed: count(own.changed),
+            flipped: count(own.flipped),
+        })
     }
 
     fn rewind(&mut self) {
@@ -152,7 +148,7 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
     fn reverses(&self) -> bool {
         let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
         let mut any = 0u8;
-        self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
+        self.bodies.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
         any > 0
     }
 
@@ -183,7 +179,7 @@ impl<const D: usize> Staging for ContactSystem<D> {
     }
 
     fn force_change(&self) -> ForceChange {
-        stages::force_change(self.session.world(), &self.contacts)
+        stages::force_change(self.bodies.session.world(), &self.contacts)
     }
 }
 
@@ -196,26 +192,26 @@ impl<const D: usize> Augmentation for ContactSystem<D> {
     }
 
     fn shortfall(&self) -> Option<Shortfall> {
-        augmentation::shortfall(self.session.world(), &self.contacts)
+        augmentation::shortfall(self.bodies.session.world(), &self.contacts)
     }
 
     fn improve(&mut self) {
-        augmentation::improve(self.session.world(), &mut self.contacts);
+        augmentation::improve(self.bodies.session.world(), &mut self.contacts);
     }
 }
 
 impl<const D: usize> FloatingBodies for ContactSystem<D> {
     fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
-        self.rigid_bodies().motions(&stage.trial.u.local())
+        self.bodies.free_motions(&stage.trial.u.local())
     }
 
     fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
-        match &self.mass {
+        match &self.bodies.mass {
             Some(mass) => mass.multiply(motion, out)?,
             None => out.copy_from(motion)?,
         }
         let mut values = out.owned_mut();
-        let held = self.supports.dofs.constrained.iter();
+        let held = self.bodies.supports.dofs.constrained.iter();
         values.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);
         Ok(())
     }
@@ -231,16 +227,16 @@ impl<const D: usize> MultigridHints for ContactSystem<D> {
     }
 
     fn contact_nodes(&mut self) -> Vec<bool> {
-        let world = self.session.world();
-        stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), self.local.index.owned)
+        let world = self.bodies.session.world();
+        stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), self.bodies.local.index.owned)
     }
 
     fn floating_nodes(&self) -> Vec<bool> {
-        let mesh = &self.local.mesh;
-        let mut floats = vec![false; self.local.index.owned];
+        let mesh = &self.bodies.local.mesh;
+        let mut floats = vec![false; self.bodies.local.index.owned];
         for element in 0..mesh.element_count() {
             let body = usize::from(mesh.body[element]);
-            if !self.holding().leaves_free(body) {
+            if !self.bodies.holding().leaves_free(body) {
                 continue;
             }
             for &node in mesh.element_nodes(element) {
@@ -253,7 +249,7 @@ impl<const D: usize> MultigridHints for ContactSystem<D> {
     }
 
     fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
-        stages::contact_normals(self.session.world(), &self.contacts, self.interface.as_mut(), out);
+        stages::contact_normals(self.bodies.session.world(), &self.contacts, self.interface.as_mut(), out);
         Ok(())
     }
 }
@@ -265,23 +261,10 @@ impl<const D: usize> ContactSystem<D> {
         let Stage { start, trial, dt, .. } = stage;
         let (mut u, mut v, mut a) = (trial.u.local_mut(), trial.v.local_mut(), trial.a.local_mut());
         let (u_start, v_start) = (start.u.local(), start.v.local());
-        for (dof, _) in self.supports.dofs.constrained.iter().enumerate().filter(|(_, held)| **held) {
+        for (dof, _) in self.bodies.supports.dofs.constrained.iter().enumerate().filter(|(_, held)| **held) {
             a[dof] = (v[dof] - v_start[dof]) / *dt;
             v[dof] = (u[dof] - u_start[dof]) / *dt;
             u[dof] = 0.5 * (u[dof] + u_start[dof]);
         }
-    }
-
-    /// Describes the inverted element: number, position, determinant.
-    fn describe(&self, inverted: &Inverted) -> Error {
-        let mesh = &self.local.mesh;
-        let centre = mesh.element_centre(inverted.element as usize);
-        let number = self.local.input_element[inverted.element as usize];
-        Error::guard(format!(
-            "element {number} at {} {} is inverted (det F = {:.3e})",
-            spelled(&centre),
-            self.units.of("m"),
-            inverted.det
-        ))
     }
 }

@@ -14,6 +14,7 @@ struct Group {
 }
 
 /// How supports hold the bodies, with the same values on all ranks.
+#[derive(Default)]
 pub struct Holding {
     free: Vec<FreeBody>,
     groups: Vec<Group>,

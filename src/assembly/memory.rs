@@ -8,6 +8,7 @@ use std::rc::Rc;
 use mpi::traits::CommunicatorCollectives;
 use serde::{Deserialize, Serialize};
 
+use super::bodies::Bodies;
 use super::contact::LocalContact;
 use super::stages::Target;
 use super::system::ContactSystem;
@@ -19,7 +20,7 @@ use crate::dynamics::{
     ChangedLaw, ContactSource, MatrixSource, OverStep, SearchSource, Sources, Stage, StageSettings,
 };
 use crate::error::{Error, Result};
-use crate::petsc::Vector;
+use crate::petsc::{Session, Vector};
 use crate::terms::Terms;
 
 /// Number of nodes that are written at a time.
@@ -68,7 +69,106 @@ pub struct StoredState {
     dimension: usize,
 }
 
+impl StoredSources {
+    /// What a checkpoint stores of these sources besides fields. Collective.
+    pub fn of(session: &Session, sources: &Sources) -> Self {
+        let matrix = |source: &Rc<MatrixSource>| StoredMatrix {
+            terms: source.terms.bits(),
+            settings: source.settings,
+            laws: source.contacts.iter().map(|contact| contact.law).collect(),
+            search: source
+                .search
+                .as_ref()
+                .and_then(|search| sources.searches.iter().position(|known| known.is(search))),
+        };
+        let world = session.world();
+        let search = |source: &Rc<SearchSource>| {
+            let own: Vec<u64> = source.below.iter().map(|below| below.to_bits()).collect();
+            let mut all = vec![0; own.len() * session.size() as usize];
+            world.all_gather_into(&own[..], &mut all[..]);
+            let below = all.chunks(own.len().max(1)).map(<[u64]>::to_vec).collect();
+            StoredSearch {
+                undeformed: source.undeformed,
+                over_step: source.over_step,
+                ahead: source.ahead,
+                below,
+            }
+        };
+        Self {
+            matrices: sources.matrices.iter().map(matrix).collect(),
+            searches: sources.searches.iter().map(search).collect(),
+            marks: sources.marks.len(),
+        }
+    }
+
+    /// The sources in these tables.
+    ///
+    /// # Errors
+    /// A column is missing.
+    pub fn sources<const D: usize>(&self, session: &Session, tables: &StoredState) -> Result<Sources> {
+        let rank = session.rank() as usize;
+        let mut sources = Sources::default();
+        for (k, search) in self.searches.iter().enumerate() {
+            let field = |name| tables.field(&of_search(k, name));
+            let over = search.over_step == OverStep::Middle;
+            sources.searches.push(Rc::new(SearchSource {
+                undeformed: search.undeformed,
+                over_step: search.over_step,
+                ahead: search.ahead,
+                u: if search.undeformed { Vec::new() } else { field("u")? },
+                u_start: if over && !search.undeformed { field("u_start")? } else { Vec::new() },
+                below: depths(&search.below, rank, session.size() as usize),
+            }));
+        }
+        for (k, matrix) in self.matrices.iter().enumerate() {
+            let field = |name| tables.field(&of_matrix(k, name));
+            let points = |contact| tables.contact_block(contact, &point_names::<D>(k));
+            let contact = |(number, law): (usize, &ChangedLaw)| {
+                points(number).map(|points| ContactSource { law: *law, points })
+            };
+            sources.matrices.push(Rc::new(MatrixSource {
+                terms: Terms::from_bits_truncate(matrix.terms),
+                settings: matrix.settings,
+                u: field("u")?,
+                v: field("v")?,
+                u_start: field("u_start")?,
+                contacts: matrix.laws.iter().enumerate().map(contact).collect::<Result<_>>()?,
+                search: matrix.search.and_then(|number| sources.searches.get(number).cloned()),
+            }));
+        }
+        for k in 0..self.marks {
+            let marks = tables.node_block(&[of_marks(k)])?;
+            sources.marks.push(marks.iter().map(|mark| *mark > 0.0).collect());
+        }
+        Ok(sources)
+    }
+}
+
 impl StoredState {
+    /// Creates empty tables for the sections of a checkpoint, given by names and columns.
+    ///
+    /// # Errors
+    /// The checkpoint has other sections than the nodes and the contacts.
+    pub fn wanted<'a, const D: usize>(
+        system: &ContactSystem<D>,
+        sections: impl Iterator<Item = (&'a str, &'a [String])>,
+    ) -> Result<Self> {
+        let mut keys = vec![("nodes".to_owned(), node_keys(&system.bodies))];
+        keys.extend(
+            system.contacts.iter().map(|contact| (table_of(contact), point_keys(&system.bodies, contact))),
+        );
+        let sections: Vec<_> = sections.collect();
+        let known = keys.iter().map(|(name, _)| name.as_str());
+        if !known.eq(sections.iter().map(|(name, _)| *name)) {
+            return Err(Error::file("a checkpoint with other tables than the case has"));
+        }
+        let mut tables = Vec::with_capacity(keys.len());
+        for ((name, keys), (_, columns)) in keys.into_iter().zip(&sections) {
+            tables.push(StoredTable::keyed(&name, columns.to_vec(), keys, NODES));
+        }
+        Ok(Self { tables, dimension: D })
+    }
+
     /// A field of the nodes.
     ///
     /// # Errors
@@ -128,135 +228,6 @@ impl<const D: usize> ContactSystem<D> {
             search: self.search.as_ref().map(|source| sources.search(source)),
             pattern: self.pattern_search.as_ref().map(|source| sources.search(source)),
         }
-    }
-
-    /// Tables of these fields, of the sources, and of the history of the contact points that this
-    /// rank reports.
-    pub fn tables(&self, fields: NamedFields, sources: &Sources) -> Vec<StoredTable> {
-        let nodes = self.local.index.owned;
-        let mut blocks: Vec<(Vec<String>, Vec<f64>)> = Vec::new();
-        let mut add = |name: &str, field: Vec<f64>| blocks.push((axes(name, D), field));
-        fields.into_iter().for_each(|(name, field)| add(&name, field));
-        for (k, source) in sources.matrices.iter().enumerate() {
-            add(&of_matrix(k, "u"), source.u.clone());
-            add(&of_matrix(k, "v"), source.v.clone());
-            add(&of_matrix(k, "u_start"), source.u_start.clone());
-        }
-        for (k, source) in sources.searches.iter().enumerate().filter(|(_, search)| !search.undeformed) {
-            add(&of_search(k, "u"), source.u.clone());
-            if source.over_step == OverStep::Middle {
-                add(&of_search(k, "u_start"), source.u_start.clone());
-            }
-        }
-        for (k, marks) in sources.marks.iter().enumerate() {
-            let mut field: Vec<f64> = marks.iter().map(|mark| f64::from(u8::from(*mark))).collect();
-            field.resize(nodes, 0.0);
-            blocks.push((vec![of_marks(k)], field));
-        }
-        let mut tables = vec![StoredTable::of_blocks("nodes", self.node_keys(), NODES, &blocks)];
-        for (number, contact) in self.contacts.iter().enumerate() {
-            let mut columns = Vec::new();
-            contact.state.history.iter().for_each(|history| history.columns(&mut columns));
-            let mut blocks = vec![(History::<D>::names(), columns)];
-            for (k, source) in sources.matrices.iter().enumerate() {
-                blocks.push((point_names::<D>(k), source.contacts[number].points.clone()));
-            }
-            let keys = self.point_keys(contact);
-            tables.push(StoredTable::of_blocks(&table_of(contact), keys, NODES, &blocks));
-        }
-        tables
-    }
-
-    /// What a checkpoint stores of these sources besides fields. Collective.
-    pub fn stored_sources(&self, sources: &Sources) -> StoredSources {
-        let matrix = |source: &Rc<MatrixSource>| StoredMatrix {
-            terms: source.terms.bits(),
-            settings: source.settings,
-            laws: source.contacts.iter().map(|contact| contact.law).collect(),
-            search: source
-                .search
-                .as_ref()
-                .and_then(|search| sources.searches.iter().position(|known| known.is(search))),
-        };
-        let world = self.session.world();
-        let search = |source: &Rc<SearchSource>| {
-            let own: Vec<u64> = source.below.iter().map(|below| below.to_bits()).collect();
-            let mut all = vec![0; own.len() * self.session.size() as usize];
-            world.all_gather_into(&own[..], &mut all[..]);
-            let below = all.chunks(own.len().max(1)).map(<[u64]>::to_vec).collect();
-            StoredSearch {
-                undeformed: source.undeformed,
-                over_step: source.over_step,
-                ahead: source.ahead,
-                below,
-            }
-        };
-        StoredSources {
-            matrices: sources.matrices.iter().map(matrix).collect(),
-            searches: sources.searches.iter().map(search).collect(),
-            marks: sources.marks.len(),
-        }
-    }
-
-    /// Creates empty tables for the sections of a checkpoint, given by names and columns.
-    ///
-    /// # Errors
-    /// The checkpoint has other sections than the nodes and the contacts.
-    pub fn wanted<'a>(&self, sections: impl Iterator<Item = (&'a str, &'a [String])>) -> Result<StoredState> {
-        let mut keys = vec![("nodes".to_owned(), self.node_keys())];
-        keys.extend(self.contacts.iter().map(|contact| (table_of(contact), self.point_keys(contact))));
-        let sections: Vec<_> = sections.collect();
-        let known = keys.iter().map(|(name, _)| name.as_str());
-        if !known.eq(sections.iter().map(|(name, _)| *name)) {
-            return Err(Error::file("a checkpoint with other tables than the case has"));
-        }
-        let mut tables = Vec::with_capacity(keys.len());
-        for ((name, keys), (_, columns)) in keys.into_iter().zip(&sections) {
-            tables.push(StoredTable::keyed(&name, columns.to_vec(), keys, NODES));
-        }
-        Ok(StoredState { tables, dimension: D })
-    }
-
-    /// The sources in these tables.
-    ///
-    /// # Errors
-    /// A column is missing.
-    pub fn sources(&self, stored: &StoredSources, tables: &StoredState) -> Result<Sources> {
-        let rank = self.session.rank() as usize;
-        let mut sources = Sources::default();
-        for (k, search) in stored.searches.iter().enumerate() {
-            let field = |name| tables.field(&of_search(k, name));
-            let over = search.over_step == OverStep::Middle;
-            sources.searches.push(Rc::new(SearchSource {
-                undeformed: search.undeformed,
-                over_step: search.over_step,
-                ahead: search.ahead,
-                u: if search.undeformed { Vec::new() } else { field("u")? },
-                u_start: if over && !search.undeformed { field("u_start")? } else { Vec::new() },
-                below: depths(&search.below, rank, self.session.size() as usize),
-            }));
-        }
-        for (k, matrix) in stored.matrices.iter().enumerate() {
-            let field = |name| tables.field(&of_matrix(k, name));
-            let points = |contact| tables.contact_block(contact, &point_names::<D>(k));
-            let contact = |(number, law): (usize, &ChangedLaw)| {
-                points(number).map(|points| ContactSource { law: *law, points })
-            };
-            sources.matrices.push(Rc::new(MatrixSource {
-                terms: Terms::from_bits_truncate(matrix.terms),
-                settings: matrix.settings,
-                u: field("u")?,
-                v: field("v")?,
-                u_start: field("u_start")?,
-                contacts: matrix.laws.iter().enumerate().map(contact).collect::<Result<_>>()?,
-                search: matrix.search.and_then(|number| sources.searches.get(number).cloned()),
-            }));
-        }
-        for k in 0..stored.marks {
-            let marks = tables.node_block(&[of_marks(k)])?;
-            sources.marks.push(marks.iter().map(|mark| *mark > 0.0).collect());
-        }
-        Ok(sources)
     }
 
     /// Restores the pattern of the matrix. Call it before any matrix is assembled. Collective.
@@ -326,7 +297,7 @@ impl<const D: usize> ContactSystem<D> {
                 return Err(Error::internal("a checkpoint that does not fit the points of a contact"));
             }
         }
-        let mut stage = Stage::new(self.pattern_vector(), self.is_dynamic())?;
+        let mut stage = Stage::new(self.pattern_vector(), self.bodies.is_dynamic())?;
         source.settings.apply_to(&mut stage);
         self.continuation = source.settings.continuation;
         self.split = source.settings.split;
@@ -345,16 +316,57 @@ impl<const D: usize> ContactSystem<D> {
         self.matrix_source = Some(Rc::clone(source));
         Ok(stage)
     }
+}
 
-    fn node_keys(&self) -> Vec<u64> {
-        let nodes = self.local.input_node[..self.local.index.owned].iter();
-        nodes.map(|&node| u64::from(node)).collect()
+/// Tables of these fields, of the sources, and of the history of the contact points that this
+/// rank reports.
+pub fn state_tables<const D: usize>(
+    system: &ContactSystem<D>,
+    fields: NamedFields,
+    sources: &Sources,
+) -> Vec<StoredTable> {
+    let nodes = system.bodies.local.index.owned;
+    let mut blocks: Vec<(Vec<String>, Vec<f64>)> = Vec::new();
+    let mut add = |name: &str, field: Vec<f64>| blocks.push((axes(name, D), field));
+    fields.into_iter().for_each(|(name, field)| add(&name, field));
+    for (k, source) in sources.matrices.iter().enumerate() {
+        add(&of_matrix(k, "u"), source.u.clone());
+        add(&of_matrix(k, "v"), source.v.clone());
+        add(&of_matrix(k, "u_start"), source.u_start.clone());
     }
+    for (k, source) in sources.searches.iter().enumerate().filter(|(_, search)| !search.undeformed) {
+        add(&of_search(k, "u"), source.u.clone());
+        if source.over_step == OverStep::Middle {
+            add(&of_search(k, "u_start"), source.u_start.clone());
+        }
+    }
+    for (k, marks) in sources.marks.iter().enumerate() {
+        let mut field: Vec<f64> = marks.iter().map(|mark| f64::from(u8::from(*mark))).collect();
+        field.resize(nodes, 0.0);
+        blocks.push((vec![of_marks(k)], field));
+    }
+    let mut tables = vec![StoredTable::of_blocks("nodes", node_keys(&system.bodies), NODES, &blocks)];
+    for (number, contact) in system.contacts.iter().enumerate() {
+        let mut columns = Vec::new();
+        contact.state.history.iter().for_each(|history| history.columns(&mut columns));
+        let mut blocks = vec![(History::<D>::names(), columns)];
+        for (k, source) in sources.matrices.iter().enumerate() {
+            blocks.push((point_names::<D>(k), source.contacts[number].points.clone()));
+        }
+        let keys = point_keys(&system.bodies, contact);
+        tables.push(StoredTable::of_blocks(&table_of(contact), keys, NODES, &blocks));
+    }
+    tables
+}
 
-    fn point_keys(&self, contact: &LocalContact<D>) -> Vec<u64> {
-        let key = |&node: &u32| u64::from(self.local.input_node[node as usize]);
-        contact.vertices().iter().map(key).collect()
-    }
+fn node_keys<const D: usize>(bodies: &Bodies<D>) -> Vec<u64> {
+    let nodes = bodies.local.input_node[..bodies.local.index.owned].iter();
+    nodes.map(|&node| u64::from(node)).collect()
+}
+
+fn point_keys<const D: usize>(bodies: &Bodies<D>, contact: &LocalContact<D>) -> Vec<u64> {
+    let key = |&node: &u32| u64::from(bodies.local.input_node[node as usize]);
+    contact.vertices().iter().map(key).collect()
 }
 
 /// Depths of the contacts on a rank. On another number of ranks they are the largest ones.

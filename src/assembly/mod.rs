@@ -39,14 +39,15 @@ mod tangent;
 pub mod targets;
 
 pub use augmentation::depths;
+pub use bodies::Bodies;
 pub use build::sides_of;
 pub use contact::{LocalContact, facets_of};
 pub use holding::Holding;
 pub use initial_velocity::set_velocity;
-pub use memory::{NamedFields, StoredSources, StoredState, SystemState};
+pub use memory::{NamedFields, StoredSources, StoredState, SystemState, state_tables};
 pub use solid::SolidElements;
 pub use soundness::unsound_state;
-pub use start::{Overclosure, known_length};
+pub use start::Overclosure;
 pub use state_part::{StatePart, from_numbers, named, numbers_of};
 pub use supports::{Supports, in_space};
 pub use system::{ContactSystem, SystemOptions};

@@ -8,7 +8,6 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::LocalContact;
 use super::interface::{Couplings, Interface};
-use super::mass::{MassMatrix, Supported};
 use super::pair::CandidateHorizon;
 use super::system::ContactSystem;
 use crate::contact::evaluation::ContactFields;
@@ -22,7 +21,7 @@ impl<const D: usize> ContactSystem<D> {
     pub(super) fn is_stale(&self, stage: &Stage) -> bool {
         let (u, u_start) = (stage.trial.u.local(), stage.start.u.local());
         let step = half_step::<D>([&u, &u_start], stage.over_step);
-        let points = &self.local.mesh.points;
+        let points = &self.bodies.local.mesh.points;
         let position = |node: u32| {
             let node = node as usize;
             std::array::from_fn(|i| points[node][i] + u[node * D + i])
@@ -67,9 +66,9 @@ impl<const D: usize> ContactSystem<D> {
         }
         self.search_again(source)?;
         if let Some(mut interface) = self.interface.take() {
-            self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
+            self.adopt_pattern(self.bodies.pattern.widened(interface.blocks().iter().copied()))?;
             let places = self.contacts.iter_mut().map(|contact| &mut contact.pair.couplings);
-            interface.locate(&self.local.index, self.matrix.pattern(), places);
+            interface.locate(&self.bodies.local.index, self.matrix.pattern(), places);
             self.interface = Some(interface);
         }
         self.pattern_search = Some(Rc::clone(source));
@@ -99,10 +98,10 @@ impl<const D: usize> ContactSystem<D> {
         let ahead = !self.pattern_holds(&interface);
         if ahead {
             self.find_couplings(&mut interface, CandidateHorizon::Ahead)?;
-            self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
+            self.adopt_pattern(self.bodies.pattern.widened(interface.blocks().iter().copied()))?;
         }
         self.locate(interface);
-        let owned = |field: &[f64]| field[..self.local.index.owned * D].to_vec();
+        let owned = |field: &[f64]| field[..self.bodies.local.index.owned * D].to_vec();
         let u_start = if over_step == OverStep::Middle { owned(fields.u_start) } else { Vec::new() };
         let u = owned(fields.u);
         let search = Rc::new(SearchSource { undeformed: false, over_step, u, u_start, below, ahead });
@@ -115,13 +114,13 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Gathers the target facets of all contacts at these fields. Collective.
     fn gather(&mut self, fields: &ContactFields, over_step: OverStep, below: &[f64]) -> Result<Interface<D>> {
-        let session = self.session.clone();
+        let session = self.bodies.session.clone();
         let world = session.world();
-        let points = self.local.mesh.points.as_flattened();
+        let points = self.bodies.local.mesh.points.as_flattened();
         let positions: Vec<f64> = points.iter().zip(fields.u).map(|(x, u)| x + u).collect();
         for (contact, below) in self.contacts.iter_mut().zip(below) {
             let step = half_step([fields.u, fields.u_start], over_step);
-            contact.gather(world, &self.local, &positions, step, *below)?;
+            contact.gather(world, &self.bodies.local, &positions, step, *below)?;
         }
         let mut interface = self.meet()?;
         interface.bring(world, fields);
@@ -132,13 +131,13 @@ impl<const D: usize> ContactSystem<D> {
     fn find_couplings(&mut self, interface: &mut Interface<D>, horizon: CandidateHorizon) -> Result<()> {
         let u = interface.fields().u.to_vec();
         self.contacts.iter_mut().for_each(|contact| contact.pair.find_couplings(&u, horizon));
-        interface.agree_on(self.session.world(), &self.local.index, couplings(&self.contacts))
+        interface.agree_on(self.bodies.session.world(), &self.bodies.local.index, couplings(&self.contacts))
     }
 
     /// Finds the positions of all couplings in the pattern of the matrix.
     fn locate(&mut self, mut interface: Interface<D>) {
         let places = self.contacts.iter_mut().map(|contact| &mut contact.pair.couplings);
-        interface.locate(&self.local.index, self.matrix.pattern(), places);
+        interface.locate(&self.bodies.local.index, self.matrix.pattern(), places);
         self.interface = Some(interface);
     }
 
@@ -149,13 +148,13 @@ impl<const D: usize> ContactSystem<D> {
         foreign.sort_unstable_by_key(|(global, _)| *global);
         foreign.dedup_by_key(|(global, _)| *global);
         let (globals, points): (Vec<i32>, Vec<[f64; D]>) = foreign.into_iter().unzip();
-        let all: Vec<[f64; D]> = self.local.mesh.points.iter().copied().chain(points).collect();
-        let index = &self.local.index;
+        let all: Vec<[f64; D]> = self.bodies.local.mesh.points.iter().copied().chain(points).collect();
+        let index = &self.bodies.local.index;
         self.contacts.iter_mut().for_each(|contact| contact.pair.adopt(index, &globals, &all));
         Interface::new(
-            self.session.world(),
+            self.bodies.session.world(),
             index,
-            &self.supports.dofs.constrained,
+            &self.bodies.supports.dofs.constrained,
             globals,
             self.phases.exchange.clone(),
         )
@@ -167,27 +166,20 @@ impl<const D: usize> ContactSystem<D> {
         let lacks =
             interface.blocks().iter().any(|&(row, column)| pattern.slot(row as usize, column).is_none());
         let mut any = 0u8;
-        self.session.world().all_reduce_into(&u8::from(lacks), &mut any, SystemOperation::max());
+        self.bodies.session.world().all_reduce_into(&u8::from(lacks), &mut any, SystemOperation::max());
         any == 0
     }
 
     /// Rebuilds the matrix and all positions in it. Collective.
     fn adopt_pattern(&mut self, pattern: BlockPattern) -> Result<()> {
         let pattern = Rc::new(pattern);
-        let index = &self.local.index;
-        self.solids.iter_mut().for_each(|solid| solid.map.relocate(&pattern, index));
+        let index = &self.bodies.local.index;
+        self.bodies.solids.iter_mut().for_each(|solid| solid.map.relocate(&pattern, index));
         self.external.relocate(&pattern, index);
-        if self.mass.is_some() {
-            let supported = Supported { constrained: &self.supports.dofs.constrained, index };
-            self.mass = Some(MassMatrix::new(
-                &self.session,
-                &pattern,
-                &self.solids,
-                &supported,
-                self.redistribution.as_ref(),
-            )?);
+        if self.bodies.is_dynamic() {
+            self.bodies.mass = Some(self.bodies.mass_matrix(&pattern)?);
         }
-        self.matrix = Matrix::new(&self.session, &pattern, self.matrix.format())?;
+        self.matrix = Matrix::new(&self.bodies.session, &pattern, self.matrix.format())?;
         self.matrix_source = None;
         if self.has_modes { self.set_rigid_body_modes() } else { Ok(()) }
     }

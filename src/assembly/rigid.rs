@@ -5,19 +5,15 @@
 //! and pieces that share a node move it equally. They use the current positions of the nodes, or
 //! the initial ones if kinematics are linear.
 
-use std::rc::Rc;
-
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
-use super::bodies::NamedBody;
-use super::pieces::Pieces;
+use super::bodies::Bodies;
 use crate::dynamics::{MovingPart, RigidMotion};
 use crate::element::Kinematics;
 use crate::error::Result;
-use crate::partition::LocalMesh;
-use crate::petsc::{Session, Vector};
+use crate::petsc::Vector;
 
 /// Relative square below which a support does not resist a combination. Rounding is below it.
 const UNFELT: f64 = 1e-12;
@@ -42,22 +38,10 @@ fn displacement<const D: usize>(k: usize, arm: &[f64; D]) -> [f64; D] {
     moved
 }
 
-/// The bodies of a rank, with what is needed to find their strain-free motions.
-pub(super) struct RigidBodies<'a, const D: usize> {
-    pub session: &'a Rc<Session>,
-    pub local: &'a LocalMesh<D>,
-    pub bodies: &'a [NamedBody],
-    pub pieces: &'a Pieces<D>,
-    /// Whether each unknown is prescribed.
-    pub held: &'a [bool],
-    /// Extent of all bodies \[m\].
-    pub size: f64,
-}
-
-impl<const D: usize> RigidBodies<'_, D> {
+impl<const D: usize> Bodies<D> {
     /// For each group of pieces, the number of motions that supports allow in the undeformed state,
     /// including rotations only. Collective.
-    pub fn allowed(&self) -> Vec<usize> {
+    pub(super) fn allowed_motions(&self) -> Vec<usize> {
         let places = self.places(&vec![0.0; self.local.mesh.points.len() * D]);
         let combinations = self.combinations(&places, &self.centres(&places));
         combinations.iter().map(|found| found.motions.ncols()).collect()
@@ -68,7 +52,7 @@ impl<const D: usize> RigidBodies<'_, D> {
     ///
     /// # Errors
     /// If a PETSc call fails.
-    pub fn motions(&self, u: &[f64]) -> Result<Vec<RigidMotion>> {
+    pub(super) fn free_motions(&self, u: &[f64]) -> Result<Vec<RigidMotion>> {
         let count = motions(D);
         let places = self.places(u);
         let centres = self.centres(&places);
@@ -80,7 +64,7 @@ impl<const D: usize> RigidBodies<'_, D> {
                     let member = pieces.binary_search(&piece).ok()?;
                     Some(&column.as_slice()[member * count..][..count])
                 };
-                let mut field = Vector::new(self.session, self.local.index.owned, D)?;
+                let mut field = Vector::new(&self.session, self.local.index.owned, D)?;
                 {
                     let mut values = field.owned_mut();
                     for (node, place) in places.iter().enumerate() {
@@ -93,7 +77,7 @@ impl<const D: usize> RigidBodies<'_, D> {
                             (0..D).for_each(|i| values[node * D + i] += factor * moved[i]);
                         }
                     }
-                    let held = self.held.iter();
+                    let held = self.constrained().iter();
                     values
                         .iter_mut()
                         .zip(held)
@@ -125,7 +109,7 @@ impl<const D: usize> RigidBodies<'_, D> {
         let mut places = vec![Place { piece: None, at: [0.0; D] }; self.local.index.owned];
         for element in 0..mesh.element_count() {
             let piece = mesh.piece[element] as usize;
-            let moves = self.bodies[usize::from(mesh.body[element])].kinematics != Kinematics::Linear;
+            let moves = self.names[usize::from(mesh.body[element])].kinematics != Kinematics::Linear;
             for &node in mesh.element_nodes(element) {
                 let node = node as usize;
                 let Some(place) = places.get_mut(node) else { continue };
@@ -171,9 +155,9 @@ impl<const D: usize> RigidBodies<'_, D> {
     /// fields, vanish at prescribed unknowns, and agree at nodes that pieces share. Collective.
     fn combinations(&self, places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let count = motions(D);
-        let held = self.held;
+        let held = self.constrained();
         // Rotations are scaled by the extent, so that all motions have similar size.
-        let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.size };
+        let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.extent.size };
         let widths: Vec<usize> = self.pieces.groups.iter().map(|pieces| pieces.len() * count).collect();
         let starts: Vec<usize> = widths
             .iter()

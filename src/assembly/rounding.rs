@@ -16,13 +16,13 @@ impl<const D: usize> ContactSystem<D> {
         let mut diagonal = self.pattern_vector().like()?;
         self.matrix.diagonal(&mut diagonal)?;
         let (stiffness, u) = (diagonal.owned(), stage.trial.u.owned());
-        let free = self.supports.dofs.constrained.iter().map(|held| !held);
+        let free = self.bodies.supports.dofs.constrained.iter().map(|held| !held);
         let own = stiffness.iter().zip(u.iter()).zip(free).filter(|(_, free)| *free);
         let bodies: f64 = own.map(|((stiffness, u), _)| (stiffness * u).powi(2)).sum();
         let contacts: f64 = self.contacts.iter().map(|contact| contact.squared_stiffness()).sum();
-        let own = bodies + contacts * self.extent.powi(2);
+        let own = bodies + contacts * self.bodies.extent.farthest.powi(2);
         let mut all = 0.0_f64;
-        self.session.world().all_reduce_into(&own, &mut all, SystemOperation::sum());
+        self.bodies.session.world().all_reduce_into(&own, &mut all, SystemOperation::sum());
         Ok(f64::EPSILON * all.sqrt())
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn unsound_force<const D: usize>(system: &ContactSystem<D>) -> Option
         ("contact force", &system.parts.contact),
         ("load", &system.parts.external),
     ];
-    let owned = system.local.index.owned * D;
+    let owned = system.bodies.local.index.owned * D;
     forces.iter().find_map(|(what, force)| {
         let dof = force.iter().take(owned).position(|value| !is_sound(*value))?;
         Some(unsound(system, what, dof, force[dof]))
@@ -38,7 +38,7 @@ pub fn unsound_state<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -
         Some(unsound(system, what, dof, field[dof]))
     });
     let own = in_fields.or_else(|| unsound_force(system)).or_else(|| unsound_contact(system));
-    agree(system.session.world(), own.map_or(Ok(()), Err)).err().map(|error| error.message)
+    agree(system.bodies.session.world(), own.map_or(Ok(()), Err)).err().map(|error| error.message)
 }
 
 /// Finds a contact with a point whose tractions are not finite or are too large.
@@ -53,7 +53,7 @@ fn unsound_contact<const D: usize>(system: &ContactSystem<D>) -> Option<Error> {
     Some(Error::not_converged(format!(
         "contact '{}': a traction on rank {} is not finite or too large",
         contact.name,
-        system.session.rank()
+        system.bodies.session.rank()
     )))
 }
 
@@ -62,10 +62,10 @@ fn unsound<const D: usize>(system: &ContactSystem<D>, what: &str, dof: usize, va
     let component = dof % D;
     Error::not_converged(format!(
         "the {what} at node {}, {} {}, on rank {}, is not finite or too large: {} = {value:e}",
-        system.local.input_node[node],
-        spelled(&system.local.mesh.points[node]),
-        system.units.of("m"),
-        system.session.rank(),
+        system.bodies.local.input_node[node],
+        spelled(&system.bodies.local.mesh.points[node]),
+        system.bodies.units.of("m"),
+        system.bodies.session.rank(),
         ["x", "y", "z"][component]
     ))
 }

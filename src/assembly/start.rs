@@ -40,17 +40,6 @@ pub struct Overclosure<const D: usize> {
     pub looks_away: bool,
 }
 
-/// Relative accuracy of coordinates. Surfaces that overlap by less than this part of the extent of
-/// all bodies touch exactly.
-const ROUNDING: f64 = 1e-12;
-/// Accuracy far from the origin, in units of the rounding of the largest coordinate.
-const ROUNDINGS: f64 = 8.0;
-
-/// Accuracy of positions of bodies with this extent and this largest coordinate \[m\].
-pub fn known_length(extent: f64, farthest: f64) -> f64 {
-    (ROUNDING * extent).max(ROUNDINGS * f64::EPSILON * farthest)
-}
-
 /// Finds contactor nodes behind an obstacle and treats them as the case requires. Collective.
 ///
 /// `known` is the accuracy of positions \[m\].

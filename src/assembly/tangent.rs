@@ -26,25 +26,25 @@ impl<const D: usize> ContactSystem<D> {
     ) -> Result<()> {
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let inertia = stage.inertia && terms.contains(Terms::MASS);
-        let mass = self.mass.as_ref().filter(|_| inertia);
+        let mass = self.bodies.mass.as_ref().filter(|_| inertia);
         let (change, mut rhs) = match lift {
             Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
             None => (None, None),
         };
         let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
-        let constrained = &self.supports.dofs.constrained;
-        let solids = &self.solids;
+        let constrained = &self.bodies.supports.dofs.constrained;
+        let solids = &self.bodies.solids;
         let contacts = &mut self.contacts;
         let external = &self.external;
         let shifts = stage.shifts;
         let weight = stage.balance.mass[1];
         let unit = self.unit;
-        let rows = self.local.index.owned * D;
+        let rows = self.bodies.local.index.owned * D;
         let Continuation { spring, friction, load_factor, .. } = self.continuation;
         let hold = hold(friction, self.split);
         let phases = &self.phases;
         let interface = self.interface.as_mut();
-        let world = self.session.world();
+        let world = self.bodies.session.world();
         let symmetric = symmetric(contacts, external, friction, terms)
             && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };

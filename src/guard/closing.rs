@@ -77,9 +77,9 @@ fn target_velocities<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -
     let mut nodes = Vec::new();
     for (contact, sums) in system.contacts().iter().zip(own.chunks_exact_mut(D + 1)) {
         // A facet that several ranks have counts once.
-        let mine = |facet: &&Facet| system.local().mine[facet.element as usize];
+        let mine = |facet: &&Facet| system.bodies().local().mine[facet.element as usize];
         for &facet in contact.pair.target_facets().iter().filter(mine) {
-            system.local().mesh.facet_nodes(facet, &mut nodes);
+            system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
             for &node in &nodes {
                 sums[D] += 1.0;
                 (0..D).for_each(|i| sums[i] += velocity[node as usize * D + i]);

@@ -84,7 +84,7 @@ impl RunGuard {
             closing.now > 0 && many && closing.speed > SUDDEN * speed
         };
         let (closing, _) = closings.iter().zip(&self.speeds).find(|pair| sudden(*pair))?;
-        let spared = !system.redistributed()[0].is_empty();
+        let spared = !system.bodies().redistributed()[0].is_empty();
         let cure = match spared {
             true => "use `scheme: conserving`, or",
             false => "use `scheme: conserving`, with `mass: redistributed` for the bodies in contact, and",

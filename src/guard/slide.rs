@@ -70,7 +70,7 @@ fn largest_motion<const D: usize>(
     let mut most = contactor.map(|&node| moved(node)).fold(0.0, f64::max);
     let mut nodes = Vec::new();
     for &facet in contact.pair.target_facets() {
-        system.local().mesh.facet_nodes(facet, &mut nodes);
+        system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
         most = nodes.iter().map(|&node| moved(node)).fold(most, f64::max);
     }
     most

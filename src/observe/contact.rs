@@ -1,11 +1,10 @@
 //! `contact.csv`: quantities of each contact. One entry of [`ContactColumn::TABLE`] is one column.
 
 use super::quantity::{Cell, Quantity, STEP, TIME, TableFile};
-use super::reduce::{max_over_ranks, sum_over_ranks};
 use crate::assembly::{ContactSystem, LocalContact};
 use crate::contact::history::History;
 use crate::contact::point::{PointState, Status};
-use crate::petsc::Vector;
+use crate::petsc::{Vector, max_over_ranks, sum_over_ranks};
 use crate::tensor::Vector as Point;
 
 /// The table of all contacts.

@@ -3,11 +3,10 @@
 //! [`MOMENTUM_COLUMNS`] a vector in `momentum.csv`.
 
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
-use super::reduce::sum_over_ranks;
 use crate::assembly::ContactSystem;
 use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
-use crate::petsc::Vector;
+use crate::petsc::{Vector, sum_over_ranks};
 use serde::{Deserialize, Serialize};
 
 /// Energies at one instant and sums since the start [J, per metre of depth in 2D].
@@ -344,7 +343,7 @@ impl EnergyLedger {
     ) -> Result<StepEnergies> {
         system.imbalance(stage, &mut self.reactions)?;
         let u = stage.trial.u.local();
-        let mut own = StepEnergies { strain: system.strain_energy(&u), ..StepEnergies::default() };
+        let mut own = StepEnergies { strain: system.bodies().strain_energy(&u), ..StepEnergies::default() };
         (own.kinetic, self.momentum) = self.motion(system, stage)?;
         for contact in system.contacts() {
             let energy = contact.energy(dt);
@@ -352,7 +351,7 @@ impl EnergyLedger {
             own.heat += energy.heat_of_step;
         }
         let (reactions, before) = (self.reactions.owned(), stage.start.u.owned());
-        let (constrained, external) = (system.constrained(), system.external_forces());
+        let (constrained, external) = (system.bodies().constrained(), system.external_forces());
         for (i, drive) in self.drive.iter_mut().enumerate() {
             let reaction = if constrained[i] { reactions[i] } else { 0.0 };
             let now = external[i] + reaction;
@@ -374,7 +373,7 @@ impl EnergyLedger {
         system: &ContactSystem<D>,
         stage: &Stage,
     ) -> Result<(f64, Momentum)> {
-        if !system.momenta(&stage.trial.v, &mut self.momenta)? {
+        if !system.bodies().momenta(&stage.trial.v, &mut self.momenta)? {
             return Ok((0.0, Momentum::default()));
         }
         let u = stage.trial.u.owned();
@@ -382,7 +381,7 @@ impl EnergyLedger {
         let p = self.momenta.owned();
         let kinetic = 0.5 * v.iter().zip(p.iter()).map(|(v, p)| v * p).sum::<f64>();
         let mut momentum = Momentum::default();
-        let points = &system.local().mesh.points;
+        let points = &system.bodies().local().mesh.points;
         for ((place, u), p) in points.iter().zip(u.chunks_exact(D)).zip(p.chunks_exact(D)) {
             let at = |i: usize| if i < D { place[i] + u[i] } else { 0.0 };
             let p = |i: usize| if i < D { p[i] } else { 0.0 };

@@ -244,15 +244,15 @@ pub fn surface_cells<const D: usize>(system: &ContactSystem<D>) -> SurfaceCells 
 
 /// Fields of the bodies at the trial state.
 pub fn body_fields<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<Field> {
-    let present = NODE_FIELDS.iter().filter(|field| system.is_dynamic() || !field.dynamics_only);
+    let present = NODE_FIELDS.iter().filter(|field| system.bodies().is_dynamic() || !field.dynamics_only);
     let mut fields: Vec<Field> = present.map(|field| of_unknowns(field, stage)).collect();
-    let elements = system.local().mesh.element_count();
+    let elements = system.bodies().local().mesh.element_count();
     let empty = |field: &ElementField| match field.value {
         ElementValue::Number(_) => vec![0.0; elements],
         ElementValue::SymmetricTensor(_) => vec![0.0; 6 * elements],
     };
     let mut values: Vec<Vec<f64>> = ELEMENT_FIELDS.iter().map(empty).collect();
-    system.element_stress(&stage.trial.u, |element, stress| {
+    system.bodies().element_stress(&stage.trial.u, |element, stress| {
         for (field, values) in ELEMENT_FIELDS.iter().zip(&mut values) {
             match field.value {
                 ElementValue::Number(value) => values[element] = value(stress),
@@ -286,7 +286,7 @@ pub fn surface_fields<const D: usize>(system: &ContactSystem<D>, stage: &Stage) 
     let mut fields: Vec<Field> = shown.map(|field| of_unknowns(field, stage)).collect();
     let table = ContactField::<D>::TABLE;
     let width: usize = table.iter().map(ContactField::width).sum();
-    let index = &system.local().index;
+    let index = &system.bodies().local().index;
     let mut gathered = Vector::ghosted(system.session(), index.owned, width, &index.ghosts)?;
     let mut is_known = vec![false; index.owned];
     for contact in system.contacts() {

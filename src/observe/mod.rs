@@ -25,4 +25,3 @@ pub mod nodal;
 pub mod probes;
 pub mod quantity;
 pub mod reactions;
-pub mod reduce;

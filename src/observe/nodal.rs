@@ -114,7 +114,7 @@ impl<const D: usize> NodalSums<D> {
         u: &[f64],
         values: Vec<NodalValue<D>>,
     ) -> Result<Self> {
-        let index = &system.local().index;
+        let index = &system.bodies().local().index;
         let width = 1 + values.iter().map(NodalValue::width).sum::<usize>();
         let mut all = Vector::ghosted(system.session(), index.owned, width, &index.ghosts)?;
         {

@@ -6,13 +6,12 @@ use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 
 use super::nodal::{NodalMean, NodalSums, NodalValue};
 use super::quantity::{Cell, LENGTH, Quantity, STEP, TIME, TableFile};
-use super::reduce::sum_over_ranks;
 use crate::assembly::ContactSystem;
 use crate::contact::point::Status;
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::model::ProbeModel;
-use crate::petsc::Vector;
+use crate::petsc::{Vector, sum_over_ranks};
 use crate::tensor::Vector as Point;
 
 /// The table of all probes.
@@ -168,7 +167,7 @@ impl<const D: usize> Watched<D> {
 /// # Errors
 /// If a body has no nodes.
 pub fn watch<const D: usize>(system: &ContactSystem<D>, probes: &[ProbeModel<D>]) -> Result<Vec<Watched<D>>> {
-    let still = vec![0.0; system.local().mesh.points.len() * D];
+    let still = vec![0.0; system.bodies().local().mesh.points.len() * D];
     let sums = system.contacts().iter().map(|contact| NodalSums::gather(system, contact, &still, Vec::new()));
     let sums = sums.collect::<Result<Vec<_>>>()?;
     probes.iter().map(|probe| nearest(system, probe, &sums)).collect()
@@ -180,7 +179,7 @@ fn nearest<const D: usize>(
     contacts: &[NodalSums<D>],
 ) -> Result<Watched<D>> {
     let world = system.session().world();
-    let local = system.local();
+    let local = system.bodies().local();
     let mut on_body = vec![probe.body.is_none(); local.mesh.points.len()];
     for element in (0..local.mesh.element_count()).filter(|_| probe.body.is_some()) {
         if Some(usize::from(local.mesh.body[element])) == probe.body {

@@ -1,9 +1,8 @@
 //! `reactions.csv`: force of each support. One entry of [`REACTION_COLUMNS`] is one column.
 
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
-use super::reduce::sum_over_ranks;
 use crate::assembly::ContactSystem;
-use crate::petsc::Vector;
+use crate::petsc::{Vector, sum_over_ranks};
 
 /// Reaction of one support, the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,9 +33,9 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[Column {
 /// Reactions of all supports from the imbalance at the nodes \[N\]. Collective.
 pub fn reactions<const D: usize>(system: &ContactSystem<D>, imbalance: &Vector) -> Vec<Reaction> {
     let imbalance = imbalance.owned();
-    let index = &system.local().index;
+    let index = &system.bodies().local().index;
     let mut reactions: Vec<Reaction> = Vec::new();
-    for boundary in system.boundaries() {
+    for boundary in system.bodies().boundaries() {
         let mut force = [0.0; 3];
         for &(node, component) in boundary.entries.iter().filter(|(node, _)| index.owns(*node)) {
             force[usize::from(component)] += imbalance[node as usize * D + usize::from(component)];

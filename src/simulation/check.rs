@@ -13,7 +13,7 @@ use super::{Share, needs, options, share_out, start};
 use crate::accuracy::{self, limits_slip};
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision, self_contact};
-use crate::assembly::{ContactSystem, SystemOptions};
+use crate::assembly::{ContactSystem, LocalContact, SystemOptions};
 use crate::case::Case;
 use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
@@ -57,7 +57,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
 
     let mut text = String::new();
     let (elements, nodes): (u64, u64) = (partition.elements.iter().sum(), partition.owned.iter().sum());
-    let (unknowns, prescribed) = (system.unknowns(), system.prescribed());
+    let (unknowns, prescribed) = (system.bodies().unknowns(), system.bodies().prescribed());
     let _ = writeln!(
         text,
         "mesh: {elements} elements, {nodes} nodes, {unknowns} unknowns, {prescribed} of them prescribed"
@@ -76,12 +76,13 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
         let cures: Vec<String> =
             cures.iter().map(|(kind, cure)| format!("{} of {kind}", cure.name())).collect();
         let _ = writeln!(text, "  locking: {}", cures.join(", "));
-        if system.redistributed()[0].contains(&body.name) {
+        if system.bodies().redistributed()[0].contains(&body.name) {
             let _ = writeln!(text, "  mass: redistributed, the nodes of contact surfaces are massless");
         }
     }
     let starts = contact_starts(&system);
-    for ((contact, law), start) in model.contacts.iter().zip(system.contact_laws()).zip(&starts) {
+    let laws = system.contacts().iter().map(LocalContact::law);
+    for ((contact, law), start) in model.contacts.iter().zip(laws).zip(&starts) {
         let _ = writeln!(text, "contact {start}");
         describe_contact(&mut text, contact, law, &model.bodies, &sizes, case);
     }

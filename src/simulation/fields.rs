@@ -11,7 +11,7 @@ use crate::output::fields::{Cells, FieldWriter, Ranks};
 impl<const D: usize> Journal<D> {
     /// The writer for the volume and surface fields of this rank.
     pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> Result<FieldWriter<D>> {
-        let local = system.local();
+        let local = system.bodies().local();
         let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
         let volume = Cells {
             points: &local.mesh.points,
@@ -33,7 +33,12 @@ impl<const D: usize> Journal<D> {
             group: &contact,
         };
         let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };
-        FieldWriter::new(&self.shared_folder, ranks, volume, system.has_contact().then_some(surface))
+        FieldWriter::new(
+            &self.shared_folder,
+            ranks,
+            volume,
+            (!system.contacts().is_empty()).then_some(surface),
+        )
     }
 
     /// Writes the fields of a state if the case requests fields. Collective.
@@ -44,7 +49,8 @@ impl<const D: usize> Journal<D> {
         let Some(writer) = &mut self.fields else { return Ok(()) };
         let volume = body_fields(system, stage);
         let surface = surface_fields(system, stage)?;
-        let written = writer.write(self.step, &volume, system.has_contact().then_some(&surface[..]));
+        let written =
+            writer.write(self.step, &volume, (!system.contacts().is_empty()).then_some(&surface[..]));
         agree(self.session.world(), written)?;
         let published = match self.session.rank() {
             0 => writer.publish(self.step, stage.trial.time),

@@ -29,7 +29,7 @@ pub(super) fn with_hint<const D: usize>(
 ) -> Result<Error> {
     let unbalanced = error.cause != Cause::Guard && report.trouble == Trouble::Balance;
     if unbalanced
-        && !system.is_dynamic()
+        && !system.bodies().is_dynamic()
         && let Some(hinge) = hinge(system, stage)?
     {
         let held = match case.contact.is_empty() {
@@ -39,7 +39,7 @@ pub(super) fn with_hint<const D: usize>(
         return Ok(error.hint(&format!("{hinge}{held}")));
     }
     if unbalanced
-        && !system.is_dynamic()
+        && !system.bodies().is_dynamic()
         && let Some(lifted) = lifted(system, stage)?
     {
         return Ok(error.hint(&lifted));
@@ -59,7 +59,7 @@ pub(super) fn lifted<const D: usize>(
 ) -> Result<Option<String>> {
     /// Fraction of all loads below which they do not drive a motion. It is well above rounding.
     const IDLE: f64 = 1e-9;
-    if system.holding().is_complete() || !system.has_contact() {
+    if system.bodies().holding().is_complete() || system.contacts().is_empty() {
         return Ok(None);
     }
     stage.trial.u.copy_from(&stage.start.u)?;
@@ -130,13 +130,15 @@ fn with_hint_on_supports<const D: usize>(
     system: &ContactSystem<D>,
     case: &Case,
 ) -> Error {
-    if let (false, Some((name, _))) = (system.is_dynamic(), system.holding().hinged_bodies().first()) {
+    if let (false, Some((name, _))) =
+        (system.bodies().is_dynamic(), system.bodies().holding().hinged_bodies().first())
+    {
         return error.hint(&format!(
             "{name} can move without strain, and no support or contact resists this motion: support it, or \
              remove the loads that drive it"
         ));
     }
-    let free = system.holding().free_bodies();
+    let free = system.bodies().holding().free_bodies();
     if report.driven && !free.is_empty() {
         return error.hint(&format!(
             "no support holds {}: its loads must balance along every free direction, or friction must hold it",

@@ -131,7 +131,7 @@ impl<const D: usize> Journal<D> {
         strategy: &dyn Strategy,
     ) -> Result<()> {
         self.watched = probes::watch(system, &self.model.probes)?;
-        self.record.unknowns = system.unknowns() as u64;
+        self.record.unknowns = system.bodies().unknowns() as u64;
         self.record.balance.elements = partition.elements.clone();
         self.record.balance.nodes = partition.owned.clone();
         let facets = surface_cells(system).vtk_types.len();
@@ -252,7 +252,7 @@ impl<const D: usize> Journal<D> {
         let _running = output.begin();
         self.step += 1;
         self.count(report);
-        self.stepped(report, || system.holding().free_bodies());
+        self.stepped(report, || system.bodies().holding().free_bodies());
         self.record.totals.steps = self.step;
         self.rows(system, stage, ledger, energies, stage.dt)?;
         let last = stage.trial.time >= self.end * (1.0 - 1e-12);

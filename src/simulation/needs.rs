@@ -176,7 +176,7 @@ fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D
 
 /// Whether nodes in contact have no mass.
 fn massless<const D: usize>(t: &Traits, system: &ContactSystem<D>) -> (bool, String) {
-    let [bodies, _] = system.redistributed();
+    let [bodies, _] = system.bodies().redistributed();
     let why = match (bodies.is_empty(), t.dynamic) {
         (false, _) => format!("of {}", bodies.join(", ")),
         (_, true) => "no body has its mass redistributed".to_owned(),

@@ -188,7 +188,7 @@ pub fn strategy<const D: usize>(
     let linear = linear(case);
     let problem = step_problem(case, system);
     let solver = || LinearSolver::new(pattern, prefix, &linear, &problem);
-    let newton = newton(case, terms(case, system), system.unknowns());
+    let newton = newton(case, terms(case, system), system.bodies().unknowns());
     Ok(augmented(
         system,
         match staggered(case) {
@@ -217,11 +217,11 @@ pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> P
 /// The properties of a linear problem.
 pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: bool) -> Problem {
     Problem {
-        unknowns: system.unknowns(),
+        unknowns: system.bodies().unknowns(),
         dimension: D,
         dynamic,
         symmetric: terms(case, system) != Terms::ALL && !system.has_following_loads(),
-        contact: system.has_contact(),
+        contact: !system.contacts().is_empty(),
         format: Some(system.matrix().format()),
     }
 }

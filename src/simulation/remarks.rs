@@ -87,7 +87,7 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
 /// nodes.
 pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let mut notes = unsupported_bodies(system);
-    let [spared, _] = system.redistributed();
+    let [spared, _] = system.bodies().redistributed();
     if !spared.is_empty() {
         notes.push(format!(
             "mass: redistributed: the nodes of contact surfaces are massless in {}",
@@ -108,7 +108,7 @@ pub(super) const RESTARTS_TO_ROUNDING: &str = "on several ranks MUMPS rounds dif
 /// A sentence that names the bodies that neither supports nor contacts can hold, if there are any.
 /// Statics rejects such bodies.
 fn unsupported_bodies<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
-    let lost = system.holding().lost_bodies();
+    let lost = system.bodies().holding().lost_bodies();
     if lost.is_empty() {
         Vec::new()
     } else {
@@ -119,8 +119,8 @@ fn unsupported_bodies<const D: usize>(system: &ContactSystem<D>) -> Vec<String> 
 /// Warnings before the run.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
     let mut remarks = Vec::new();
-    if !system.is_dynamic() {
-        remarks.extend(system.holding().hinged_bodies().into_iter().map(|(name, motions)| {
+    if !system.bodies().is_dynamic() {
+        remarks.extend(system.bodies().holding().hinged_bodies().into_iter().map(|(name, motions)| {
             let s = if motions == 1 { "" } else { "s" };
             format!(
                 "{name} can move without strain ({motions} motion{s}), and no support or contact resists \
@@ -128,7 +128,7 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
             )
         }));
     }
-    let [_, short] = system.redistributed();
+    let [_, short] = system.bodies().redistributed();
     if !short.is_empty() {
         remarks.push(format!(
             "too few layers of elements to make the contact surfaces of {} massless: they oscillate on a \

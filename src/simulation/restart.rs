@@ -166,8 +166,8 @@ impl Saved {
     pub fn read<const D: usize>(&mut self, system: &ContactSystem<D>) -> Result<()> {
         let sections =
             self.sections.iter().map(|section| (section.name.as_str(), section.columns.as_slice()));
-        let mut wanted =
-            system.wanted(sections).map_err(|error| error.within(&self.path.display().to_string()))?;
+        let mut wanted = StoredState::wanted(system, sections)
+            .map_err(|error| error.within(&self.path.display().to_string()))?;
         checkpoint::read(system.session().world(), &self.path, wanted.tables_mut())?;
         self.tables = Some(wanted);
         Ok(())

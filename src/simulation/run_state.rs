@@ -18,7 +18,7 @@ use crate::accuracy::StepPacing;
 use crate::advice::precision::MotionPrecision;
 use crate::assembly::{
     ContactSystem, NamedFields, StatePart, StoredSources, StoredState, SystemState, from_numbers, named,
-    numbers_of,
+    numbers_of, state_tables,
 };
 use crate::case::Case;
 use crate::checkpoint::StoredTable;
@@ -123,7 +123,7 @@ impl<const D: usize> RunState<D> {
     /// # Errors
     /// An internal error of the program.
     pub fn stored(&self, snapshot: &Snapshot) -> Result<StoredSnapshot> {
-        let sources = self.system.stored_sources(&snapshot.sources);
+        let sources = StoredSources::of(self.system.session(), &snapshot.sources);
         let (parts, settings) = (snapshot.parts.clone(), self.settings.clone());
         Ok(StoredSnapshot { parts, sources: numbers_of(&sources)?, settings })
     }
@@ -131,7 +131,7 @@ impl<const D: usize> RunState<D> {
     /// The fields of the snapshot, which is that of the last accepted step.
     pub fn tables(&self, snapshot: &Snapshot) -> Vec<StoredTable> {
         let fields = self.parts().into_iter().flat_map(StatePart::fields).collect();
-        self.system.tables(fields, &snapshot.sources)
+        state_tables(&self.system, fields, &snapshot.sources)
     }
 
     /// Restores the state from a checkpoint. The step control is restored unless `ends_elsewhere`,
@@ -152,7 +152,7 @@ impl<const D: usize> RunState<D> {
         }
         let system: SystemState = from_numbers(stored.part(SYSTEM)?)?;
         let sources: StoredSources = from_numbers(&stored.sources)?;
-        let sources = self.system.sources(&sources, fields)?;
+        let sources = sources.sources::<D>(self.system.session(), fields)?;
         self.system.resume_pattern(&system, &sources)?;
         // Another solver begins with nothing.
         if stored.settings == self.settings {

@@ -67,7 +67,7 @@ pub fn at_equilibrium<const D: usize>(
 /// The equations of the steps. In statics they have an auxiliary spring if supports alone do not
 /// hold the bodies.
 pub fn of_steps<const D: usize>(system: &ContactSystem<D>, case: &Case) -> Continuation {
-    let spring = if case.is_static() && !system.holding().is_complete() { HOLDING } else { 0.0 };
+    let spring = if case.is_static() && !system.bodies().holding().is_complete() { HOLDING } else { 0.0 };
     Continuation { spring, ..Continuation::default() }
 }
 
@@ -76,7 +76,7 @@ pub fn of_steps<const D: usize>(system: &ContactSystem<D>, case: &Case) -> Conti
 /// # Errors
 /// A piece is held by neither.
 pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()> {
-    let lost = system.holding().lost_bodies();
+    let lost = system.bodies().holding().lost_bodies();
     if lost.is_empty() {
         return Ok(());
     }
@@ -126,14 +126,14 @@ fn press<const D: usize>(
         system.set_rigid_body_modes()?;
     }
     let newton = Monolithic::new(
-        options::start_newton(case, terms, system.unknowns()),
+        options::start_newton(case, terms, system.bodies().unknowns()),
         linear,
         system.pattern_vector(),
     )?;
     let mut strategy = options::augmented(system, Box::new(newton));
-    let spring = if system.holding().is_complete() { 0.0 } else { HOLDING };
+    let spring = if system.bodies().holding().is_complete() { 0.0 } else { HOLDING };
     let mut continuation = Continuation { friction, spring, ..Continuation::default() };
-    let free = (!system.holding().is_complete()).then(|| system.holding().free_bodies());
+    let free = (!system.bodies().holding().is_complete()).then(|| system.bodies().holding().free_bodies());
     let mut level = Levels::new(increments.max(1));
     let mut course = Course::new(system)?;
     while let Some(factor) = level.next() {
@@ -316,7 +316,7 @@ fn no_equilibrium<const D: usize>(
     factor: f64,
     cause: Option<String>,
 ) -> Error {
-    let free = if report.driven { system.holding().free_bodies() } else { Vec::new() };
+    let free = if report.driven { system.bodies().holding().free_bodies() } else { Vec::new() };
     let place = format!("static start at {:.0} % of the loads", 100.0 * factor);
     let fault = system.fault();
     let beyond = report.trouble == Trouble::Numbers || fault.is_some();
@@ -351,7 +351,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     // Statics begins undeformed and without loads. A load that acts from the first step on grows
     // from zero within that step, so that its work is counted.
     let steps = *system.continuation();
-    let load_factor = if system.is_dynamic() { 1.0 } else { 0.0 };
+    let load_factor = if system.bodies().is_dynamic() { 1.0 } else { 0.0 };
     system.set_continuation(Continuation { load_factor, ..steps });
     system.prescribe(stage)?;
     // A return map knows only the slip in its history. Bodies that slide at the start are therefore
@@ -371,7 +371,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
 
 /// Solves `M_ff a_f = -(Q - F_ext - F_n - F_T)_f - M_fd a_d`.
 fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, case: &Case) -> Result<()> {
-    if !system.is_dynamic() {
+    if !system.bodies().is_dynamic() {
         return Ok(());
     }
     stage.inertia = true;
@@ -381,7 +381,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     let mut change = system.pattern_vector().like()?;
     system.residual(stage, &mut rhs)?;
     rhs.scale(-1.0)?;
-    system.rest_massless(&mut rhs);
+    system.bodies().rest_massless(&mut rhs);
     system.jacobian(stage, Terms::MASS, None)?;
     let problem = Problem { symmetric: true, contact: false, ..options::problem(case, system, true) };
     let choice = LinearChoice::Named("cg_jacobi");

@@ -128,17 +128,17 @@ impl<const D: usize> Scene<D> {
     }
 
     pub fn local(&self) -> &LocalMesh<D> {
-        self.system.local()
+        self.system.bodies().local()
     }
 
     /// Newton's method with tight tolerances.
     pub fn strategy(&self, choice: &LinearChoice, dynamic: bool) -> Monolithic {
         let problem = Problem {
-            unknowns: self.system.unknowns(),
+            unknowns: self.system.bodies().unknowns(),
             dimension: D,
             dynamic,
             symmetric: !self.system.has_friction() && !self.system.has_following_loads(),
-            contact: self.system.has_contact(),
+            contact: !self.system.contacts().is_empty(),
             format: Some(self.system.matrix().format()),
         };
         let pattern = self.system.pattern_vector();

@@ -68,13 +68,13 @@ pub fn missed_contact<const D: usize>(
     system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
     let (between, through) = all.split_at(system.contacts().len());
     if let Some((contact, facets)) = system.contacts().iter().zip(between).find(|(_, facets)| **facets > 0) {
-        return Ok(Some(tell_between(contact, *facets, &system.units().of("m"))));
+        return Ok(Some(tell_between(contact, *facets, &system.bodies().units().of("m"))));
     }
     let points = system.contacts().iter().zip(through).zip(motions.chunks_exact(3));
     if let Some(((contact, _), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
         let motion = motion[0] + motion[1];
         let expected = stage.inertia.then(|| expected_motion(system, stage));
-        return Ok(Some(tell_through(&contact.name, motion, expected, &system.units().of("m"))));
+        return Ok(Some(tell_through(&contact.name, motion, expected, &system.bodies().units().of("m"))));
     }
     Ok(None)
 }
@@ -84,7 +84,7 @@ pub fn missed_contact<const D: usize>(
 fn expected_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> f64 {
     let largest = |field: &[f64]| field.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let (u, u_start) = (stage.trial.u.owned(), stage.start.u.owned());
-    let held = system.supports().dofs.constrained.iter();
+    let held = system.bodies().supports().dofs.constrained.iter();
     let moved = u.iter().zip(u_start.iter()).zip(held).filter(|(_, held)| **held);
     let prescribed = moved.map(|((end, start), _)| (end - start).abs()).fold(0.0_f64, f64::max);
     let own = [largest(&stage.start.v.owned()), largest(&stage.start.a.owned()), prescribed];
@@ -136,9 +136,9 @@ fn swept<const D: usize>(
     motion: f64,
     depth: f64,
 ) -> Result<u64> {
-    let surfaces = contact.pair.surfaces(system.local());
+    let surfaces = contact.pair.surfaces(system.bodies().local());
     let target = Moving::gathered(system.session(), &surfaces, ends, motion + depth)?;
-    let contactor = Moving::local(system.local(), surfaces.contactor, ends);
+    let contactor = Moving::local(system.bodies().local(), surfaces.contactor, ends);
     let spacing = EDGE * contact.pair.facet();
     Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
 }
@@ -159,7 +159,7 @@ fn shifts<const D: usize>(
     let mut target = 0.0_f64;
     let mut nodes = Vec::new();
     for &facet in contact.pair.target_facets() {
-        system.local().mesh.facet_nodes(facet, &mut nodes);
+        system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
         target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
     }
     [contactor.sqrt(), target.sqrt()]
