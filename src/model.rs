@@ -44,10 +44,21 @@ pub struct Body {
     pub formulation: Formulation,
     /// Distribution of its mass.
     pub mass: MassChoice,
+    /// Rayleigh damping; `None` without damping.
+    pub damping: Option<Rayleigh>,
     /// Young's modulus \[Pa\], the reference for penalties.
     pub young_modulus: f64,
     /// Initial velocity \[m/s\], one function per component; empty for a body at rest.
     pub initial_velocity: Vec<PlacedFunction>,
+}
+
+/// Rayleigh damping of a body, `C = mass M + stiffness K_0` (3.18).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rayleigh {
+    /// Factor of the mass matrix [1/s].
+    pub mass: f64,
+    /// Factor of the stiffness matrix of the undeformed body \[s\].
+    pub stiffness: f64,
 }
 
 /// Distribution of the mass of a body.

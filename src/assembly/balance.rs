@@ -141,18 +141,26 @@ impl<const D: usize> ContactSystem<D> {
         self.sweep(stage, branches);
         self.trouble = self.trouble.take().or_else(|| self.external.take_trouble());
         self.weigh_inertia(stage)?;
+        if let Some(damping) = &self.bodies.damping {
+            match self.continuation.damped {
+                true => damping.multiply(&stage.trial.v, &mut self.damping)?,
+                false => self.damping.set(0.0),
+            }
+        }
         let mut sums = ResidualSums::default();
         {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
             let ForceParts { internal, contact, external } = &self.parts;
             let constrained = self.bodies.constrained();
+            let damping = self.damping.owned();
             for i in 0..out.len() {
-                forces[i] = internal[i] - external[i] - contact[i];
+                let body = internal[i] + damping.get(i).copied().unwrap_or(0.0);
+                forces[i] = body - external[i] - contact[i];
                 let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
                 out[i] = if constrained[i] { 0.0 } else { total };
                 sums.residual += out[i] * out[i];
-                sums.internal += internal[i] * internal[i];
+                sums.internal += body * body;
                 sums.contact += contact[i] * contact[i];
                 sums.external += external[i] * external[i];
                 sums.inertia += inertia[i] * inertia[i];
@@ -183,7 +191,7 @@ impl<const D: usize> ContactSystem<D> {
         stage.trial.a.copy_from(&self.work)
     }
 
-    /// Computes `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions
+    /// Computes `M a + C v + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions
     /// on prescribed ones \[N\].
     ///
     /// Call it after [`Equations::residual`] at the same state. Collective.

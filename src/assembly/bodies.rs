@@ -8,6 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::build::{extent, farthest, free_bodies, physics, supports};
 use super::contact::LocalContact;
+use super::damping::DampingMatrix;
 use super::holding::Holding;
 use super::mass::{MassMatrix, Supported};
 use super::pattern::pattern_of_elements;
@@ -83,7 +84,11 @@ pub struct Bodies<const D: usize> {
     pub(super) solids: Vec<SolidElements<D>>,
     pub(super) supports: Supports<D>,
     pub(super) mass: Option<MassMatrix>,
+    /// Damping matrix; `None` without inertia or without damping.
+    pub(super) damping: Option<DampingMatrix>,
     pub(super) redistribution: Option<Redistribution>,
+    inertia: bool,
+    damped: bool,
     /// Couplings by elements.
     pub(super) pattern: Rc<BlockPattern>,
     pub(super) names: Vec<NamedBody>,
@@ -120,23 +125,34 @@ impl<const D: usize> Bodies<D> {
             solids,
             supports,
             mass: None,
+            damping: None,
             redistribution,
+            inertia,
+            damped: inertia && model.bodies.iter().any(|body| body.damping.is_some()),
             pattern: pattern.clone(),
             names: named_bodies(model),
             pieces,
             holding: Holding::default(),
         };
-        if inertia {
-            bodies.mass = Some(bodies.mass_matrix(&pattern)?);
-        }
+        bodies.set_pattern(&pattern)?;
         bodies.holding = Holding::new(free, &bodies.pieces, &bodies.allowed_motions());
         Ok(bodies)
     }
 
-    /// The mass matrix with this pattern. Collective.
-    pub(super) fn mass_matrix(&self, pattern: &Rc<BlockPattern>) -> Result<MassMatrix> {
-        let supported = Supported { constrained: self.constrained(), index: &self.local.index };
-        MassMatrix::new(&self.session, pattern, &self.solids, &supported, self.redistribution.as_ref())
+    /// Assembles the matrices of mass and damping with this pattern, to which the solids have been
+    /// relocated. Collective.
+    pub(super) fn set_pattern(&mut self, pattern: &Rc<BlockPattern>) -> Result<()> {
+        let supported = Supported { constrained: &self.supports.dofs.constrained, index: &self.local.index };
+        let redistribution = self.redistribution.as_ref();
+        if self.inertia {
+            self.mass =
+                Some(MassMatrix::new(&self.session, pattern, &self.solids, &supported, redistribution)?);
+        }
+        if self.damped {
+            self.damping =
+                Some(DampingMatrix::new(&self.session, pattern, &self.solids, &supported, redistribution)?);
+        }
+        Ok(())
     }
 
     /// The units of all numbers.
@@ -200,7 +216,12 @@ impl<const D: usize> Bodies<D> {
 
     /// Whether the bodies have inertia.
     pub fn is_dynamic(&self) -> bool {
-        self.mass.is_some()
+        self.inertia
+    }
+
+    /// Whether a body is damped.
+    pub fn is_damped(&self) -> bool {
+        self.damped
     }
 
     /// Mass of each body \[kg\]. Collective.

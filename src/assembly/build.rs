@@ -37,6 +37,7 @@ pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
             MassChoice::Lumped => MassKind::Lumped,
             MassChoice::Redistributed | MassChoice::RedistributedIfPossible => MassKind::Redistributed,
         },
+        damping: body.damping,
     };
     model.bodies.iter().map(body).collect()
 }

@@ -33,7 +33,11 @@ impl<const D: usize> SolidElements<D> {
         self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force })
     }
 
-    fn evaluate(
+    /// Evaluates all elements.
+    ///
+    /// # Errors
+    /// The first inverted element.
+    pub(super) fn evaluate(
         &self,
         at: &At,
         request: Request,

@@ -38,7 +38,11 @@ impl MassMatrix {
     ) -> Result<Self> {
         let mut values = vec![0.0; pattern.slots()];
         for solid in solids {
-            add_solid(solid, redistribution, &mut values);
+            masses_of(solid, redistribution, |slot, value| {
+                if let Some(entry) = values.get_mut(slot as usize) {
+                    *entry += value;
+                }
+            });
         }
         let without = |row: &usize| values[pattern.row(*row)].iter().all(|&mass| mass == 0.0);
         let massless: Vec<u32> = (0..pattern.rows()).filter(without).map(|node| node as u32).collect();
@@ -91,7 +95,8 @@ pub struct Supported<'a> {
     pub index: &'a IndexMap,
 }
 
-fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<(u32, u8, u8)> {
+/// Slots that touch prescribed unknowns, with the components of their rows and columns.
+pub(super) fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<(u32, u8, u8)> {
     let components = |node: usize| {
         (0..D).filter(|i| supported.constrained[node * D + i]).fold(0u8, |bits, i| bits | 1 << i)
     };
@@ -109,17 +114,14 @@ fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<
     masked
 }
 
-fn add_solid<const D: usize>(
+/// Passes the mass of each node pair of all elements to `add(slot, mass)` \[kg\]. Slots of rows of
+/// other ranks are [`NO_SLOT`](crate::petsc::NO_SLOT).
+pub(super) fn masses_of<const D: usize>(
     solid: &SolidElements<D>,
     redistribution: Option<&Redistribution>,
-    values: &mut [f64],
+    mut add: impl FnMut(u32, f64),
 ) {
     let map = &solid.map;
-    let mut add = |slot: u32, value: f64| {
-        if let Some(entry) = values.get_mut(slot as usize) {
-            *entry += value;
-        }
-    };
     let mut left = Vec::new();
     match (solid.mass, redistribution) {
         (MassKind::Redistributed, Some(redistribution)) if redistribution.has(solid.body) => {

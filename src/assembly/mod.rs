@@ -10,6 +10,7 @@ mod bodies;
 mod build;
 mod contact;
 mod contact_forces;
+mod damping;
 mod equations;
 mod external;
 mod forces;

@@ -2,11 +2,17 @@
 
 use super::contact::LocalContact;
 use super::system::ContactSystem;
+use crate::petsc::Values;
 
 impl<const D: usize> ContactSystem<D> {
     /// The contacts with their points on this rank.
     pub fn contacts(&self) -> &[LocalContact<D>] {
         &self.contacts
+    }
+
+    /// Damping forces on the owned unknowns at the last residual \[N\]; empty without damping.
+    pub fn damping_forces(&self) -> Values<'_> {
+        self.damping.owned()
     }
 
     /// Loads on the owned unknowns at the last residual \[N\].

@@ -176,9 +176,7 @@ impl<const D: usize> ContactSystem<D> {
         let index = &self.bodies.local.index;
         self.bodies.solids.iter_mut().for_each(|solid| solid.map.relocate(&pattern, index));
         self.external.relocate(&pattern, index);
-        if self.bodies.is_dynamic() {
-            self.bodies.mass = Some(self.bodies.mass_matrix(&pattern)?);
-        }
+        self.bodies.set_pattern(&pattern)?;
         self.matrix = Matrix::new(&self.bodies.session, &pattern, self.matrix.format())?;
         self.matrix_source = None;
         if self.has_modes { self.set_rigid_body_modes() } else { Ok(()) }

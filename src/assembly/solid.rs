@@ -7,6 +7,7 @@ use super::scatter::ScatterMap;
 use crate::element::{ElementGroup, Formulation};
 use crate::error::Result;
 use crate::mesh::ElementKind;
+use crate::model::Rayleigh;
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 
@@ -29,6 +30,8 @@ pub struct SolidElements<const D: usize> {
     pub map: ScatterMap,
     /// Distribution of its mass.
     pub mass: MassKind,
+    /// Damping of the body.
+    pub damping: Option<Rayleigh>,
     /// Index of the body.
     pub body: usize,
 }
@@ -40,6 +43,8 @@ pub struct BodyPhysics {
     pub formulation: Formulation,
     /// Distribution of the mass.
     pub mass: MassKind,
+    /// Damping.
+    pub damping: Option<Rayleigh>,
 }
 
 /// Creates the solids of a rank: one group for each body and kind of element, with elements in
@@ -63,7 +68,13 @@ pub fn solids<const D: usize>(
         let map = ScatterMap::new::<D>(kind.nodes(), nodes, pattern, &local.index, constrained);
         let physics = &bodies[usize::from(body)];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;
-        solids.push(SolidElements { group, map, mass: physics.mass, body: usize::from(body) });
+        solids.push(SolidElements {
+            group,
+            map,
+            mass: physics.mass,
+            damping: physics.damping,
+            body: usize::from(body),
+        });
     }
     Ok(solids)
 }

@@ -46,10 +46,12 @@ pub struct ContactSystem<const D: usize> {
     pub(super) external: External<D>,
     overclosures: Vec<Overclosure<D>>,
     pub(super) parts: ForceParts,
-    /// `Q - F_ext - F_n - F_T` at the last trial state \[N\].
+    /// `Q + C v - F_ext - F_n - F_T` at the last trial state \[N\].
     pub(super) forces: Vector,
     /// `M a` at the last trial state \[N\].
     pub(super) inertia: Vector,
+    /// `C v` at the last trial state \[N\]; without entries if nothing is damped.
+    pub(super) damping: Vector,
     pub(super) work: Vector,
     pub(super) matrix: Matrix,
     /// Whether the matrix has the rigid-body modes.
@@ -121,6 +123,7 @@ impl<const D: usize> ContactSystem<D> {
             search: None,
             pattern_search: None,
             inertia: forces.like_if(options.inertia)?,
+            damping: forces.like_if(bodies.damping.is_some())?,
             work: forces.like()?,
             forces,
             symmetric_steps: model.has_symmetric_steps(),

@@ -22,8 +22,19 @@ impl<const D: usize> ContactSystem<D> {
         stage: &Stage,
         terms: Terms,
         target: Target,
-        lift: Option<Lift>,
+        mut lift: Option<Lift>,
     ) -> Result<()> {
+        let damping = self.bodies.damping.as_ref();
+        let damping = damping.filter(|_| terms.contains(Terms::DAMPING) && self.continuation.damped);
+        if let (Some(damping), Some(Lift { change, rhs })) = (damping, &mut lift) {
+            damping.multiply(change, &mut self.work)?;
+            let held = self.bodies.constrained().iter();
+            for ((rhs, force), _) in
+                rhs.owned_mut().iter_mut().zip(self.work.owned().iter()).zip(held).filter(|(_, held)| !**held)
+            {
+                *rhs -= stage.shifts.velocity * force;
+            }
+        }
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let inertia = stage.inertia && terms.contains(Terms::MASS);
         let mass = self.bodies.mass.as_ref().filter(|_| inertia);
@@ -59,6 +70,7 @@ impl<const D: usize> ContactSystem<D> {
                 Some(mass) => mass.write_to(weight * shifts.acceleration, values),
                 None => values.zero(),
             }
+            let damped = damping.map_or(Ok(()), |damping| damping.add_to::<D>(shifts.velocity, values));
             if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
                 // The mass alone is singular at nodes without mass.
                 let massless =
@@ -111,8 +123,8 @@ impl<const D: usize> ContactSystem<D> {
                     interface.add_stiffness((world, &fields), (values, symmetry), lift, evaluate, bodies);
                 }
             }
-            inverted
-        })?;
+            damped.map(|()| inverted)
+        })??;
         self.fault = inverted.err();
         matrix.set_symmetry(symmetry)?;
         Ok(())

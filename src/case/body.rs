@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::damping::Damping;
 use crate::material::Material;
 use crate::reader::at::At;
 use crate::reader::complaint::Complaint;
@@ -32,6 +33,9 @@ pub struct Body {
     /// Mass matrix.
     #[serde(default)]
     pub mass: Mass,
+    /// Damping; none if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<At<Damping>>,
     /// Initial velocity \[m/s\], one entry per direction, expressions in x, y, z; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_velocity: Option<At<Vec<VaryingVelocity>>>,

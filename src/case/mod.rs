@@ -8,6 +8,7 @@ mod body;
 mod boundary;
 mod check;
 mod contact;
+mod damping;
 mod guard;
 mod output;
 mod petsc;
@@ -32,6 +33,7 @@ pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance}
 pub use body::{Body, BoxMap, BoxMesh, Element, FileMesh, Kinematics, Locking, Mass, Merge, Mesh};
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{ALL, Area, Contact, InitialOverclosure};
+pub use damping::{Damping, Rayleigh};
 pub use guard::Guard;
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;

@@ -37,6 +37,8 @@ pub struct Continuation {
     pub load_factor: f64,
     /// Whether friction acts as given or is switched off.
     pub friction: FrictionMode,
+    /// Whether the damping of bodies acts.
+    pub damped: bool,
     /// Stiffness of a spring on every free unknown, relative to a typical diagonal entry.
     ///
     /// The spring is in the matrix but not in the residual. It makes the matrix regular where
@@ -57,6 +59,7 @@ impl Default for Continuation {
         Self {
             load_factor: 1.0,
             friction: FrictionMode::AsGiven,
+            damped: true,
             spring: 0.0,
             free_resistance: 0.0,
             tolerance: 0.0,

@@ -1,7 +1,9 @@
 //! Conversion of the case to the model: resolves names and builds bodies, boundaries, probes and
 //! contacts in the order of the file.
 
-use super::{Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Support, Target, lengths};
+use super::{
+    Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Rayleigh, Support, Target, lengths,
+};
 use crate::case::{self, Action, Case, Function, PlacedFunction};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
@@ -120,6 +122,11 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Mass::Lumped => MassChoice::Lumped,
             case::Mass::Redistributed => MassChoice::Redistributed,
         },
+        damping: body.damping.as_ref().map(|damping| match damping.value {
+            case::Damping::Rayleigh(factors) => {
+                Rayleigh { mass: factors.mass.value, stiffness: factors.stiffness.value }
+            }
+        }),
         young_modulus: body.material.moduli().young_modulus(),
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| case.function(f)).collect()),
     })

@@ -20,6 +20,8 @@ pub struct Energies {
     pub contact: f64,
     /// Heat from friction since the start.
     pub friction_dissipated: f64,
+    /// Heat from damping since the start.
+    pub damping_dissipated: f64,
     /// Work of loads and supports since the start.
     pub external_work: f64,
     /// Numerical loss since the start: work done, minus gain of energy, minus heat.
@@ -57,7 +59,7 @@ pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
     energy("friction_dissipated", "heat from friction since the start", |energies| {
         energies.friction_dissipated
     }),
-    energy("damping_dissipated", "heat from damping; zero, because there is no damping law", |_| 0.0),
+    energy("damping_dissipated", "heat from damping since the start", |energies| energies.damping_dissipated),
     energy("external_work", "work of loads and supports since the start", |energies| energies.external_work),
     energy("numerical", "energy that the balance leaves over", |energies| energies.numerical),
     energy("total", "sum of kinetic, strain and contact energy", Energies::total),
@@ -97,6 +99,10 @@ pub struct Momentum {
 pub struct EnergyLedger {
     /// Loads and reactions at the start of the step \[N\].
     drive: Vec<f64>,
+    /// Whether bodies are damped.
+    damped: bool,
+    /// Damping forces at the start of the step \[N\]; empty without damping.
+    damping: Vec<f64>,
     at_start: f64,
     now: Energies,
     momentum: Momentum,
@@ -112,6 +118,7 @@ pub struct EnergyLedger {
 /// State of a ledger before a step.
 pub struct SavedLedger {
     drive: Vec<f64>,
+    damping: Vec<f64>,
     now: Energies,
     momentum: Momentum,
     last: Option<LoadStep>,
@@ -125,6 +132,7 @@ struct StepEnergies {
     strain: f64,
     contact: f64,
     heat: f64,
+    damping: f64,
     work: f64,
 }
 
@@ -152,6 +160,8 @@ pub struct Balances {
     pub now: Energies,
     /// Bound on the error of the work \[J\].
     pub work_error: f64,
+    /// Whether bodies are damped.
+    damped: bool,
     /// Length of the previous load step \[s\], the product of its changes \[J\], and whether it was
     /// the first one. It is `None` in dynamics.
     last: Option<(f64, f64, bool)>,
@@ -165,6 +175,8 @@ impl EnergyLedger {
     pub fn empty(reactions: Vector) -> Result<Self> {
         Ok(Self {
             drive: vec![0.0; reactions.owned_len()],
+            damped: false,
+            damping: Vec::new(),
             at_start: 0.0,
             now: Energies::default(),
             momentum: Momentum::default(),
@@ -178,7 +190,8 @@ impl EnergyLedger {
     /// Returns the numbers that are needed to resume.
     pub fn balances(&self) -> Balances {
         let last = self.last.as_ref().map(|last| (last.dt, last.area, last.first));
-        Balances { at_start: self.at_start, now: self.now, work_error: self.work_error, last }
+        let Self { at_start, now, work_error, .. } = *self;
+        Balances { at_start, now, work_error, damped: self.damped, last }
     }
 
     /// Returns the fields that are needed to resume, on owned unknowns.
@@ -187,7 +200,8 @@ impl EnergyLedger {
         let of_last = |last: &LoadStep| {
             [("last_drive".to_owned(), last.drive.clone()), ("last_motion".to_owned(), last.motion.clone())]
         };
-        std::iter::once(drive).chain(self.last.iter().flat_map(of_last)).collect()
+        let damping = self.damped.then(|| ("damping".to_owned(), self.damping.clone()));
+        std::iter::once(drive).chain(damping).chain(self.last.iter().flat_map(of_last)).collect()
     }
 
     /// Resumes from stored balances. `field` returns the stored field of this name.
@@ -195,11 +209,15 @@ impl EnergyLedger {
     /// # Errors
     /// A field is missing.
     pub fn resume(&mut self, balances: Balances, field: impl Fn(&str) -> Result<Vec<f64>>) -> Result<()> {
-        let Balances { at_start, now, work_error, last } = balances;
+        let Balances { at_start, now, work_error, damped, last } = balances;
         self.at_start = at_start;
         self.now = now;
         self.work_error = work_error;
         self.drive = field("drive")?;
+        self.damped = damped;
+        if damped {
+            self.damping = field("damping")?;
+        }
         self.last = match last {
             Some((dt, area, first)) => {
                 Some(LoadStep { drive: field("last_drive")?, motion: field("last_motion")?, dt, area, first })
@@ -249,13 +267,22 @@ impl EnergyLedger {
     ) -> Result<Energies> {
         let dt = stage.dt;
         let before = (!stage.inertia).then(|| self.drive.clone());
-        let StepEnergies { kinetic, strain, contact, heat, work } = self.step(system, stage, dt)?;
+        let StepEnergies { kinetic, strain, contact, heat, damping, work } = self.step(system, stage, dt)?;
         before.map_or(Ok(()), |before| self.add_work_error(system, stage, &before))?;
         let friction_dissipated = self.now.friction_dissipated + heat;
+        let damping_dissipated = self.now.damping_dissipated + damping;
         let external_work = self.now.external_work + work;
         let gained = kinetic + strain + contact - self.at_start;
-        let numerical = external_work - gained - friction_dissipated;
-        self.now = Energies { kinetic, strain, contact, friction_dissipated, external_work, numerical };
+        let numerical = external_work - gained - friction_dissipated - damping_dissipated;
+        self.now = Energies {
+            kinetic,
+            strain,
+            contact,
+            friction_dissipated,
+            damping_dissipated,
+            external_work,
+            numerical,
+        };
         Ok(self.now)
     }
 
@@ -263,6 +290,7 @@ impl EnergyLedger {
     pub fn save(&self) -> SavedLedger {
         SavedLedger {
             drive: self.drive.clone(),
+            damping: self.damping.clone(),
             now: self.now,
             momentum: self.momentum,
             last: self.last.clone(),
@@ -272,8 +300,9 @@ impl EnergyLedger {
 
     /// Restores the saved state, because the step since then is repeated.
     pub fn restore(&mut self, saved: SavedLedger) {
-        let SavedLedger { drive, now, momentum, last, work_error } = saved;
+        let SavedLedger { drive, damping, now, momentum, last, work_error } = saved;
         self.drive = drive;
+        self.damping = damping;
         self.now = now;
         self.momentum = momentum;
         self.last = last;
@@ -360,9 +389,17 @@ impl EnergyLedger {
             own.work += mean * (u[i] - before[i]);
             *drive = now;
         }
-        let StepEnergies { kinetic, strain, contact, heat, work } = &mut own;
+        let damping = system.damping_forces();
+        self.damped = system.bodies().is_damped();
+        self.damping.resize(damping.len(), 0.0);
+        for (i, (force, &now)) in self.damping.iter_mut().zip(damping.iter()).enumerate() {
+            let mean = if stage.over_step == OverStep::End { now } else { 0.5 * (*force + now) };
+            own.damping += mean * (u[i] - before[i]);
+            *force = now;
+        }
+        let StepEnergies { kinetic, strain, contact, heat, damping, work } = &mut own;
         let Momentum { linear, angular } = &mut self.momentum;
-        let energies = [kinetic, strain, contact, heat, work].into_iter();
+        let energies = [kinetic, strain, contact, heat, damping, work].into_iter();
         sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular));
         Ok(own)
     }
@@ -465,11 +502,12 @@ mod tests {
             strain: 2.0,
             contact: 3.0,
             friction_dissipated: 4.0,
+            damping_dissipated: 5.0,
             external_work: 6.0,
             numerical: 7.0,
         };
         let cells: Vec<_> = ENERGY_COLUMNS.iter().flat_map(|column| column.cells::<2>(&energies)).collect();
-        let expected = [1.0, 2.0, 3.0, 4.0, 0.0, 6.0, 7.0, 6.0].map(super::super::quantity::Cell::Number);
+        let expected = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 6.0].map(super::super::quantity::Cell::Number);
         assert_eq!(cells, expected);
         assert!(energies.is_finite() && !Energies { numerical: f64::NAN, ..energies }.is_finite());
     }

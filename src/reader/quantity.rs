@@ -31,6 +31,8 @@ pub type Number = Quantity<0, 0, 0>;
 pub type Length = Quantity<0, 1, 0>;
 /// \[s\]
 pub type Duration = Quantity<0, 0, 1>;
+/// [1/s]
+pub type Rate = Quantity<0, 0, -1>;
 /// \[m/s\]
 pub type Velocity = Quantity<0, 1, -1>;
 /// \[kg/m3\]

@@ -20,7 +20,7 @@ use crate::dynamics::Stage;
 use crate::element::Kinematics;
 use crate::error::Result;
 use crate::mesh::ElementKind;
-use crate::model::{Body, ContactModel, Model};
+use crate::model::{Body, ContactModel, Model, Rayleigh};
 use crate::observe::probes::watch;
 use crate::partition::LocalMesh;
 use crate::petsc::Session;
@@ -177,6 +177,13 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
             );
         }
         return;
+    }
+    if let Some(Rayleigh { mass, stiffness }) = body.damping {
+        let _ = writeln!(
+            text,
+            "  Rayleigh damping: {mass:.4e} {} times the mass, {stiffness:.4e} {s} times the stiffness",
+            case.units.of("1/s")
+        );
     }
     let pressure_wave = (moduli.uniaxial_strain() / density).sqrt();
     let shear_wave = (moduli.mu / density).sqrt();

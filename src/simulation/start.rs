@@ -132,7 +132,7 @@ fn press<const D: usize>(
     )?;
     let mut strategy = options::augmented(system, Box::new(newton));
     let spring = if system.bodies().holding().is_complete() { 0.0 } else { HOLDING };
-    let mut continuation = Continuation { friction, spring, ..Continuation::default() };
+    let mut continuation = Continuation { friction, damped: false, spring, ..Continuation::default() };
     let free = (!system.bodies().holding().is_complete()).then(|| system.bodies().holding().free_bodies());
     let mut level = Levels::new(increments.max(1));
     let mut course = Course::new(system)?;

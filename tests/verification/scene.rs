@@ -65,6 +65,7 @@ impl Solid {
             name: "block".to_owned(),
             formulation,
             mass: MassChoice::Consistent,
+            damping: None,
             young_modulus: YOUNG,
             initial_velocity: Vec::new(),
         };

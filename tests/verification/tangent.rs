@@ -167,7 +167,12 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
     let name = format!("{} ({:?}, {} ranks)", case.name, format, session.size());
     let whole = rate(&mut scene, at, Terms::ALL);
     assert!(whole > 1.95, "{name}: rate {whole}");
-    let at_work = case.at_work | Terms::MASS | Terms::MATERIAL | Terms::GEOMETRIC | Terms::NORMAL_CONTACT;
+    let at_work = case.at_work
+        | Terms::MASS
+        | Terms::DAMPING
+        | Terms::MATERIAL
+        | Terms::GEOMETRIC
+        | Terms::NORMAL_CONTACT;
     let follows = if case.current_area { Terms::FOLLOWING_LOAD } else { Terms::empty() };
     let at_work = at_work | follows;
     for term in Terms::ALL.iter() {

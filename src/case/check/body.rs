@@ -24,6 +24,11 @@ impl Check<'_> {
             Some(density) => self.found.not_negative("the density", density.value, density.place),
             None => self.missing_density(name),
         }
+        if let Some(damping) = &body.damping {
+            damping.check(damping.place, &mut self.found);
+            let moves = !self.case.is_static();
+            self.found.require(moves, damping.place, "damping is not allowed with the static scheme");
+        }
         if let Some(velocity) = &body.initial_velocity {
             self.size("an initial velocity", velocity);
             for component in velocity.iter() {

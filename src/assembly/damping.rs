@@ -1,0 +1,113 @@
+//! Rayleigh damping of the bodies: `C = a M + b K_0` with the stiffness `K_0` of the undeformed bodies
+//! (3.18).
+
+use std::rc::Rc;
+
+use super::forces::At;
+use super::mass::{Supported, masked, masses_of};
+use super::redistribution::Redistribution;
+use super::scatter::ScatterMap;
+use super::solid::SolidElements;
+use crate::element::{ElementSink, Request};
+use crate::error::{Error, Result};
+use crate::petsc::{BlockPattern, BlockValues, Format, Matrix, NO_SLOT, Operator, Session, Vector};
+use crate::terms::Terms;
+
+/// The damping matrix `C` [N s/m].
+pub(super) struct DampingMatrix {
+    matrix: Matrix,
+    /// Slots that touch prescribed unknowns, with the components of row and column, by slot.
+    masked: Vec<(u32, u8, u8)>,
+}
+
+impl DampingMatrix {
+    /// Assembles the damping of all solids. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails, or an element is inverted in the mesh.
+    pub fn new<const D: usize>(
+        session: &Rc<Session>,
+        pattern: &Rc<BlockPattern>,
+        solids: &[SolidElements<D>],
+        supported: &Supported,
+        redistribution: Option<&Redistribution>,
+    ) -> Result<Self> {
+        let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
+        let at_rest = vec![0.0; supported.constrained.len()];
+        let undeformed = At { u: &at_rest, start: None };
+        let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
+        matrix.fill(|values| {
+            values.zero();
+            for (solid, rayleigh) in damped {
+                if rayleigh.mass > 0.0 {
+                    masses_of(solid, redistribution, |slot, mass| {
+                        if slot != NO_SLOT {
+                            values.add_isotropic(slot, rayleigh.mass * mass);
+                        }
+                    });
+                }
+                if rayleigh.stiffness > 0.0 {
+                    let scaled = Vec::new();
+                    let mut sink = ScaledSink { map: &solid.map, values, factor: rayleigh.stiffness, scaled };
+                    let request = Request { stiffness: Some(Terms::MATERIAL) };
+                    let done = solid.evaluate(&undeformed, request, &mut sink);
+                    done.map_err(|_| Error::internal("an element of the mesh is inverted"))?;
+                }
+            }
+            Ok(())
+        })??;
+        let masked = masked::<D>(pattern, supported);
+        Ok(Self { matrix, masked })
+    }
+
+    /// Adds `factor C` to a matrix of the same pattern, without the rows and columns of prescribed
+    /// unknowns.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn add_to<const D: usize>(&self, factor: f64, values: &mut BlockValues) -> Result<()> {
+        let mut masks = self.masked.iter().peekable();
+        self.matrix.read(|own| {
+            let mut block = [0.0; 9];
+            let block = &mut block[..D * D];
+            for slot in 0..self.matrix.pattern().slots() as u32 {
+                own.block(slot, block);
+                block.iter_mut().for_each(|entry| *entry *= factor);
+                if let Some(&(_, rows, columns)) = masks.next_if(|mask| mask.0 == slot) {
+                    let held = |ij: usize| rows >> (ij / D) & 1 != 0 || columns >> (ij % D) & 1 != 0;
+                    block
+                        .iter_mut()
+                        .enumerate()
+                        .filter(|(ij, _)| held(*ij))
+                        .for_each(|(_, entry)| *entry = 0.0);
+                }
+                values.add(slot, block);
+            }
+        })
+    }
+
+    /// Computes the forces `out = C v` \[N\]. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn multiply(&self, v: &Vector, out: &mut Vector) -> Result<()> {
+        self.matrix.multiply(v, out)
+    }
+}
+
+/// Adds multiples of element matrices.
+struct ScaledSink<'a, 'm> {
+    map: &'a ScatterMap,
+    values: &'a mut BlockValues<'m>,
+    factor: f64,
+    scaled: Vec<f64>,
+}
+
+impl ElementSink for ScaledSink<'_, '_> {
+    fn element(&mut self, index: usize, _: &[f64], stiffness: Option<&[f64]>) {
+        let Some(stiffness) = stiffness else { return };
+        self.scaled.clear();
+        self.scaled.extend(stiffness.iter().map(|entry| self.factor * entry));
+        self.values.add_blocks(self.map.slots(index), &self.scaled);
+    }
+}
