@@ -6,6 +6,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
+use crate::lanes::isochoric::{Logarithm, Traces, solve};
 use crate::lanes::{Ratio, RatioSlope, Real};
 
 /// A number and its derivatives by `N` variables.
@@ -128,6 +129,19 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
     fn exp_m1_remainder(self) -> Self {
         let remainder = self.value.exp_m1_remainder();
         self.chain(remainder, self.value + remainder)
+    }
+    /// The derivatives of the inverse function: those of the traces, solved for.
+    #[inline(always)]
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
+        let Traces { even, odd } = traces;
+        let value = T::isochoric_logarithm(Traces { even: even.value, odd: odd.value });
+        let slopes = value.slopes();
+        let mut second = Self::fixed(value.second);
+        let mut third = Self::fixed(value.third);
+        for k in 0..N {
+            [second.partial[k], third.partial[k]] = solve(&slopes, [even.partial[k], odd.partial[k]]);
+        }
+        Logarithm { second, third }
     }
     #[inline(always)]
     fn scale(self, factor: f64) -> Self {
@@ -275,6 +289,25 @@ impl<T: Ratio, const N: usize> Real for Secant<T, N> {
         let ratio = (self.end - self.start).exp_m1_ratio();
         let slope = growth.mul_add(ratio, growth + ratio);
         self.chain(self.start.exp_m1_remainder(), self.end.exp_m1_remainder(), slope)
+    }
+    /// The slopes of the inverse function: those of the traces over the step, solved for.
+    #[inline(always)]
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
+        let Traces { even, odd } = traces;
+        let start = T::isochoric_logarithm(Traces { even: even.start, odd: odd.start });
+        let end = T::isochoric_logarithm(Traces { even: even.end, odd: odd.end });
+        let over_step = Logarithm {
+            second: Secant::<T, 2>::variable(start.second, end.second, 0),
+            third: Secant::variable(start.third, end.third, 1),
+        };
+        let traces = over_step.traces();
+        let slopes = [traces.even.slope, traces.odd.slope];
+        let mut second = even.chain(start.second, end.second, start.second);
+        let mut third = odd.chain(start.third, end.third, start.third);
+        for k in 0..N {
+            [second.slope[k], third.slope[k]] = solve(&slopes, [even.slope[k], odd.slope[k]]);
+        }
+        Logarithm { second, third }
     }
     #[inline(always)]
     fn scale(self, factor: f64) -> Self {

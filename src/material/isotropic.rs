@@ -16,6 +16,7 @@ use super::law::{Law, Parameters, Response};
 use super::potential::Potential;
 use super::step::StepMotion;
 use crate::derivatives::{Dual, Secant};
+use crate::lanes::isochoric::{Logarithm, Traces};
 use crate::lanes::{RatioSlope, Real};
 use crate::square::{Square, cofactor, cofactor_change, double_dot, green_strain, scale_all, sum, trace};
 
@@ -32,6 +33,12 @@ pub trait Isotropic: Copy {
     /// Write it as a sum of terms that are each of second order in the strain, as [`Invariants`] offers them. Its derivatives then
     /// lose no digits at small strain. Terms of first order that cancel each other would lose all of them at a strain of 1e-16.
     fn energy_of<T: Real>(coefficients: &Self::Coefficients, invariants: &Invariants<T>) -> T;
+
+    /// [`Law::reserve`] of a law with a limit.
+    #[inline(always)]
+    fn reserve_of<T: Real>(_: &Self::Coefficients, _: &Invariants<T>) -> Option<T> {
+        None
+    }
 }
 
 /// Invariants of `e = C - 1`, and what laws are made of.
@@ -56,6 +63,16 @@ pub struct Isochoric<T> {
     pub first: T,
     /// `J^(-4/3) (tr^2 C - C : C) / 2 - 3`.
     pub second: T,
+}
+
+impl<T: Real> Isochoric<T> {
+    /// The logarithm of the isochoric stretch `J^(-2/3) C`.
+    #[inline(always)]
+    pub fn logarithm(&self) -> Logarithm<T> {
+        let even = (self.first + self.second).scale(0.5);
+        let odd = (self.first - self.second).scale(0.5);
+        T::isochoric_logarithm(Traces { even, odd })
+    }
 }
 
 impl<T: Real> Invariants<T> {
@@ -97,6 +114,16 @@ impl<T: Real> Invariants<T> {
         let second = q.mul_add(s, q) - (self.second + twice + twice).scale(third);
         Isochoric { first: first.scale(3.0), second: second.scale(3.0) }
     }
+}
+
+/// `sum coefficients[k] x^(k + 1)`.
+#[inline(always)]
+pub fn polynomial<T: Real, const N: usize>(coefficients: &[f64; N], x: T) -> T {
+    let mut sum = x.constant(coefficients[N - 1]);
+    for k in (0..N - 1).rev() {
+        sum = sum.mul_add(x, x.constant(coefficients[k]));
+    }
+    sum * x
 }
 
 /// `e = C - 1` and the derivatives of its invariants.
@@ -250,6 +277,12 @@ where
 {
     type Tangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
     type StepTangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
+
+    #[inline(always)]
+    fn reserve<T: Real, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> Option<T> {
+        let [first, second, third] = Stretch::new(grad_u).invariants();
+        P::reserve_of(coefficients, &Invariants::new(first, second, third))
+    }
 
     #[inline(always)]
     fn stress<T: Real, const D: usize>(

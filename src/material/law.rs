@@ -43,6 +43,13 @@ pub trait Law: Parameters {
         grad_u: &Square<T, D>,
     ) -> Response<T, Self::Tangent<T, D>, D>;
 
+    /// What is left to the limit of the law, for a law that has no energy beyond a stretch. A trial state where it is not positive is
+    /// rejected like an inverted one. `None` for a law without limit.
+    #[inline(always)]
+    fn reserve<T: Real, const D: usize>(_: &Self::Constants, _: &Square<T, D>) -> Option<T> {
+        None
+    }
+
     /// The second Piola stress alone.
     #[inline(always)]
     fn stress<T: Real, const D: usize>(constants: &Self::Constants, grad_u: &Square<T, D>) -> Square<T, D> {

@@ -1,6 +1,7 @@
 //! Every law of the table: energy, stress and tangent against each other, against dual numbers and against closed forms.
 
 use super::*;
+use crate::lanes::isochoric::{Logarithm, Traces, solve};
 use crate::lanes::{RatioSlope, Real};
 use crate::square::{
     Square, diagonal, double_dot, green_strain, plus_one, product, scale_all, small_strain, sum, transpose,
@@ -9,6 +10,7 @@ use crate::taylor::{scatter, taylor_rate};
 use num_dual::{DualNum, HyperDual64};
 
 mod mooney_rivlin;
+mod rubber;
 mod step;
 
 impl Real for HyperDual64 {
@@ -32,6 +34,19 @@ impl Real for HyperDual64 {
     }
     fn exp_m1_remainder(self) -> Self {
         DualNum::exp_m1(&self) - self
+    }
+    /// Newton's method from the solution in plain numbers; every step doubles the order of the derivatives.
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
+        let plain = f64::isochoric_logarithm(Traces { even: traces.even.re, odd: traces.odd.re });
+        let mut found = Logarithm { second: Self::from_re(plain.second), third: Self::from_re(plain.third) };
+        for _ in 0..2 {
+            let reached = found.traces();
+            let rest = [traces.even - reached.even, traces.odd - reached.odd];
+            let [second, third] = solve(&found.slopes(), rest);
+            found.second += second;
+            found.third += third;
+        }
+        found
     }
 }
 
