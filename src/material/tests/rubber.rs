@@ -228,8 +228,9 @@ fn only_gent_has_a_limit() {
     // A bar near the limit; beyond it the bar gives way by its volume, at a stress of the bulk modulus.
     let l: f64 = 6.4;
     let exact = MU * LIMIT / (LIMIT - (l * l + 2.0 / l - 3.0)) * (l - l.powi(-2));
-    let near = gent.uniaxial(l).unwrap().nominal_stress;
-    assert!((near / exact - 1.0).abs() < 1e-3, "{near} {exact}");
+    let stiff = Gent { bulk_modulus: Some(Pressure::new(1e9)), ..self::gent() };
+    let near = Material::Gent(stiff).uniaxial(l).unwrap().nominal_stress;
+    assert!((near / exact - 1.0).abs() < 1e-5, "{near} {exact}");
     assert!(gent.uniaxial(6.6).unwrap().nominal_stress > 1e3);
 }
 
