@@ -19,7 +19,7 @@ use crate::reader::up_to::UpTo;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ogden {
-    /// One to three terms. The sum of mu alpha must be > 0; the law is stable at every stretch if each mu alpha is.
+    /// One to three terms, each with `mu` and `alpha`. The sum of mu alpha must be > 0; the law is stable at every stretch if each mu alpha is.
     pub terms: UpTo<OgdenTerm, 3>,
     /// Bulk modulus \[Pa\], > 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
