@@ -6,7 +6,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::lanes::isochoric::{Logarithm, Traces, solve};
+use crate::lanes::isochoric::{Logarithm, Logarithmic, Traces, solve};
 use crate::lanes::{Ratio, RatioSlope, Real};
 
 /// A number and its derivatives by `N` variables.
@@ -130,8 +130,15 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
         let remainder = self.value.exp_m1_remainder();
         self.chain(remainder, self.value + remainder)
     }
-    /// The derivatives of the inverse function: those of the traces, solved for.
     #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        let factor = self.value.constant(factor);
+        self.chain(self.value * factor, factor)
+    }
+}
+
+impl<T: Logarithmic, const N: usize> Logarithmic for Dual<T, N> {
+    /// The derivatives of the inverse function: those of the traces, solved for.
     fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
         let Traces { even, odd } = traces;
         let value = T::isochoric_logarithm(Traces { even: even.value, odd: odd.value });
@@ -142,11 +149,6 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
             [second.partial[k], third.partial[k]] = solve(&slopes, [even.partial[k], odd.partial[k]]);
         }
         Logarithm { second, third }
-    }
-    #[inline(always)]
-    fn scale(self, factor: f64) -> Self {
-        let factor = self.value.constant(factor);
-        self.chain(self.value * factor, factor)
     }
 }
 
@@ -290,8 +292,15 @@ impl<T: Ratio, const N: usize> Real for Secant<T, N> {
         let slope = growth.mul_add(ratio, growth + ratio);
         self.chain(self.start.exp_m1_remainder(), self.end.exp_m1_remainder(), slope)
     }
-    /// The slopes of the inverse function: those of the traces over the step, solved for.
     #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        let slope = self.start.constant(factor);
+        self.chain(self.start.scale(factor), self.end.scale(factor), slope)
+    }
+}
+
+impl<T: Logarithmic + Ratio, const N: usize> Logarithmic for Secant<T, N> {
+    /// The slopes of the inverse function: those of the traces over the step, solved for.
     fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
         let Traces { even, odd } = traces;
         let start = T::isochoric_logarithm(Traces { even: even.start, odd: odd.start });
@@ -308,11 +317,6 @@ impl<T: Ratio, const N: usize> Real for Secant<T, N> {
             [second.slope[k], third.slope[k]] = solve(&slopes, [even.slope[k], odd.slope[k]]);
         }
         Logarithm { second, third }
-    }
-    #[inline(always)]
-    fn scale(self, factor: f64) -> Self {
-        let slope = self.start.constant(factor);
-        self.chain(self.start.scale(factor), self.end.scale(factor), slope)
     }
 }
 

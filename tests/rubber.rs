@@ -3,7 +3,11 @@
 
 mod common;
 
-use common::{Folder, Results, run, shipped};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use common::{Folder, Results, Table, run, shipped};
 
 const C10: f64 = 4e5;
 const C01: f64 = 1e5;
@@ -89,28 +93,29 @@ const OTHERS: [Rubber; 4] = [
     ),
 ];
 
-/// Nominal stress of a bar with free sides.
-fn pulled_with(slope: fn(f64, f64) -> f64, stretch: f64) -> f64 {
-    let kirchhoff = |across: f64| {
-        let det = stretch * across * across;
-        let isochoric = [stretch, across].map(|l| l * det.cbrt().recip());
-        let first = isochoric[0] * isochoric[0] + 2.0 * isochoric[1] * isochoric[1];
-        let [along, aside] = isochoric.map(|l| l * slope(l, first));
-        let mean = (along + 2.0 * aside) / 3.0;
-        let volume = 0.5 * BULK * (det * det - 1.0);
-        // Gent's law: a bar that is too thin is beyond the limit.
-        if along < 0.0 {
+/// Nominal stress [Pa] in the first direction of a solid whose last side is free and has the stretch that is given to `stretches`.
+fn nominal(slope: impl Fn(f64, f64) -> f64, bulk: f64, stretches: impl Fn(f64) -> [f64; 3]) -> f64 {
+    let kirchhoff = |free: f64| {
+        let stretches = stretches(free);
+        let det: f64 = stretches.iter().product();
+        let isochoric = stretches.map(|l| l * det.cbrt().recip());
+        let first = isochoric.iter().map(|l| l * l).sum();
+        let parts = isochoric.map(|l| l * slope(l, first));
+        let mean = parts.iter().sum::<f64>() / 3.0;
+        let volume = 0.5 * bulk * (det * det - 1.0);
+        // Gent's law: a solid that is too thin is beyond the limit.
+        if parts[0] < 0.0 {
             [f64::INFINITY, f64::NEG_INFINITY]
         } else {
-            [along - mean + volume, aside - mean + volume]
+            [parts[0] - mean + volume, parts[2] - mean + volume]
         }
     };
-    let (mut low, mut high) = (0.1, 2.0);
+    let (mut low, mut high) = (0.01, 2.0);
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         if kirchhoff(middle)[1] < 0.0 { low = middle } else { high = middle }
     }
-    kirchhoff(high)[0] / stretch
+    kirchhoff(high)[0] / stretches(high)[0]
 }
 
 /// The other laws of rubber follow the closed form of the uniaxial test at every step, Gent's to a volume that grows near its limit.
@@ -121,7 +126,157 @@ fn other_laws_follow_their_closed_forms() {
         let pull = results.table("reactions.csv").only("boundary", "pull");
         for (time, force) in pull.numbers("time").into_iter().zip(pull.numbers("force_x")).skip(1) {
             let stretch = 1.0 + 2.0 * time;
-            close(&format!("{law} at {stretch}"), force, pulled_with(slope, stretch) * AREA, 1e-8);
+            let exact = nominal(slope, BULK, |across| [stretch, across, across]);
+            close(&format!("{law} at {stretch}"), force, exact * AREA, 1e-8);
+        }
+    }
+}
+
+/// A law of `meshes/treloar/README.md`: its name, its line, and its parameters without the bulk modulus [MPa].
+struct Fitted {
+    name: String,
+    line: String,
+    parameters: Vec<f64>,
+}
+
+/// The materials in a text, as `scripts/fit-rubber.py` prints them.
+fn fitted(text: &str) -> Vec<Fitted> {
+    let lines = text.lines().filter(|line| line.starts_with("material: "));
+    let fitted = lines.map(|line| {
+        let values = line.split(": ").map(|part| part.trim_start_matches(['"', '{', ' ']));
+        let numbers = values.filter_map(|part| part.split(['"', ' ', ',']).next()?.parse().ok());
+        let mut parameters: Vec<f64> = numbers.collect();
+        assert_eq!(parameters.pop(), Some(TRELOARS_BULK / 1e9), "{line}");
+        let name = line
+            .split([' ', ':'])
+            .find(|word| word.contains(|c: char| c.is_lowercase()) && *word != "material");
+        Fitted { name: name.expect("a law").to_owned(), line: line.to_owned(), parameters }
+    });
+    fitted.collect()
+}
+
+fn readme() -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/treloar/README.md")).unwrap()
+}
+
+/// Bulk modulus of Treloar's rubber in the shipped cases [Pa].
+const TRELOARS_BULK: f64 = 2e9;
+
+impl Fitted {
+    /// The derivative of the isochoric energy by a stretch [Pa] at that stretch and first invariant.
+    fn slope(&self, l: f64, first: f64) -> f64 {
+        let p = &self.parameters;
+        let x = first - 3.0;
+        1e6 * match self.name.as_str() {
+            "mooney_rivlin" => 2.0 * (p[0] * l - p[1] * l.powi(-3)),
+            "yeoh" => 2.0 * l * (p[0] + 2.0 * p[1] * x + 3.0 * p[2] * x * x),
+            "arruda_boyce" => {
+                let y = first / (p[1] * p[1]);
+                let rest = 11.0 / 350.0 + 19.0 / 1750.0 * y + 519.0 / 134_750.0 * y * y;
+                2.0 * p[0] * l * (0.5 + 0.1 * y + rest * y * y)
+            }
+            "gent" => p[0] * l * p[1] / (p[1] - x),
+            "ogden" => p.chunks(2).map(|term| term[0] * l.powf(term[1] - 1.0)).sum(),
+            name => panic!("{name}"),
+        }
+    }
+
+    /// Shear modulus at small strain [Pa]: half the second derivative of the energy in simple shear.
+    fn shear_modulus(&self) -> f64 {
+        let shear = 1e-4_f64;
+        let (l, first) = (shear.exp(), 1.0 + 2.0 * (2.0 * shear).cosh());
+        (l * self.slope(l, first) - self.slope(1.0 / l, first) / l) / (4.0 * shear)
+    }
+
+    /// The case of a curve with this law.
+    fn case(&self, curve: &str) -> String {
+        let text = shipped(&format!("treloar/{curve}.yml"), &[]);
+        let (head, rest) = text.split_once("    material:\n").expect("a material");
+        let (_, tail) = rest.split_once("\n\n").expect("a paragraph");
+        format!("{head}    {}\n\n{tail}", self.line)
+    }
+}
+
+/// The curves of Treloar: the name, and the stretches at a stretch of the free side.
+const CURVES: [(&str, fn(f64, f64) -> [f64; 3]); 3] = [
+    ("uniaxial", |l, free| [l, free, free]),
+    ("equibiaxial", |l, free| [l, l, free]),
+    ("pure-shear", |l, free| [l, 1.0, free]),
+];
+
+/// One element follows the closed form of every fitted law up to the largest stretch of each of Treloar's curves, and the shipped
+/// cases have the fitted law of Ogden.
+#[test]
+fn treloars_rubber_follows_the_closed_forms() {
+    let laws = fitted(&readme());
+    assert_eq!(laws.len(), 5);
+    for (curve, stretches) in CURVES {
+        for law in &laws {
+            let results = Results::of(&law.case(curve), 1);
+            let pull = results.table("reactions.csv").only("boundary", "pull");
+            let (times, forces) = (pull.numbers("time"), pull.numbers("force_x"));
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("meshes/treloar/{curve}.csv"));
+            let most = Table::read(&file).last("stretch") - 1.0;
+            for (time, force) in times.into_iter().zip(forces).skip(1) {
+                let stretch = 1.0 + most * time;
+                let exact =
+                    nominal(|l, first| law.slope(l, first), TRELOARS_BULK, |free| stretches(stretch, free));
+                close(&format!("{curve} {} at {stretch}", law.name), force, exact * 1e-4, 1e-8);
+            }
+            if law.name == "ogden" {
+                let plain = Results::of(&shipped(&format!("treloar/{curve}.yml"), &[]), 1);
+                let force = plain.table("reactions.csv").only("boundary", "pull").last("force_x");
+                close(curve, force, pull.last("force_x"), 1e-12);
+            }
+        }
+    }
+}
+
+/// `check` prints the shear modulus of every law at small strain.
+#[test]
+fn check_prints_the_shear_modulus_of_every_law() {
+    for law in fitted(&readme()) {
+        let folder = Folder::new("check");
+        folder.write("case.yml", &law.case("uniaxial"));
+        let text = run(0, &["check", "case.yml"], &folder).success().text();
+        let printed = text.split("shear modulus ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+        close(&law.name, printed.parse().unwrap(), law.shear_modulus(), 1e-4);
+        assert!(text.contains("bulk modulus 2.0000e9 Pa"), "{text}");
+    }
+}
+
+/// The table of the page has the errors of the fitted laws against the data, and the script finds the printed parameters.
+#[test]
+fn fits_are_reproduced() {
+    let page = readme();
+    let laws = fitted(&page);
+    for law in &laws {
+        let title = format!("| `{}` |", law.name);
+        let row = page.lines().find(|line| line.starts_with(&title)).expect("a row of the table");
+        let printed = row.split('|').skip(2).filter_map(|cell| cell.trim().strip_suffix(" %"));
+        for ((curve, stretches), printed) in CURVES.into_iter().zip(printed) {
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("meshes/treloar/{curve}.csv"));
+            let data = Table::read(&file);
+            let (mut off, mut size) = (0.0, 0.0);
+            for (l, stress) in data.numbers("stretch").into_iter().zip(data.numbers("nominal_stress")) {
+                // Without change of volume.
+                let exact = nominal(|l, first| law.slope(l, first), 1e15, |free| stretches(l, free)) / 1e6;
+                off += (exact - stress).powi(2);
+                size += stress * stress;
+            }
+            let error = 100.0 * (off / size).sqrt();
+            let printed: f64 = printed.parse().unwrap();
+            assert!((error - printed).abs() < 0.06, "{} {curve}: {error}, printed {printed}", law.name);
+        }
+    }
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/fit-rubber.py");
+    let Ok(output) = Command::new("python3").arg(script).output() else { return };
+    let again = fitted(&String::from_utf8(output.stdout).unwrap());
+    assert_eq!(again.len(), laws.len(), "{}", String::from_utf8_lossy(&output.stderr));
+    for (law, again) in laws.iter().zip(again) {
+        assert_eq!(law.name, again.name);
+        for (printed, found) in law.parameters.iter().zip(again.parameters) {
+            close(&law.line, found, *printed, 1e-4);
         }
     }
 }

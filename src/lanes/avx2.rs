@@ -2,12 +2,10 @@
 //!
 //! All code is safe: `pulp` provides its token only if the processor has the instructions.
 
-use super::isochoric::{Logarithm, Traces};
 use super::{
     Lane, LaneTask, NEAR, NEAR_EXPONENTIAL, NEAR_LOGARITHM, Ratio, RatioSlope, Real, WIDTH, both_by_lane,
-    by_lane, far_exp_m1, far_exp_m1_ratio, far_exp_m1_remainder, far_ln_1p_ratio, far_ln_1p_remainder,
-    isochoric_logarithm, ln_1p, near_exp_m1_ratio, near_exp_m1_remainder, near_ln_1p_ratio,
-    near_ln_1p_remainder,
+    by_lane, far_exp_m1, far_exp_m1_ratio, far_exp_m1_remainder, far_ln_1p_ratio, far_ln_1p_remainder, ln_1p,
+    near_exp_m1_ratio, near_exp_m1_remainder, near_ln_1p_ratio, near_ln_1p_remainder,
 };
 use pulp::cast;
 use pulp::x86::V3;
@@ -92,10 +90,6 @@ impl Real for Register {
     #[inline(always)]
     fn exp_m1_remainder(self) -> Self {
         by_lane(self, NEAR_EXPONENTIAL, near_exp_m1_remainder(self), far_exp_m1_remainder)
-    }
-    #[inline(always)]
-    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
-        isochoric_logarithm(traces)
     }
     #[inline(always)]
     fn vanishes(self) -> bool {

@@ -53,6 +53,20 @@ pub struct Logarithm<T> {
     pub third: T,
 }
 
+/// Numbers of which the logarithm is known.
+pub trait Logarithmic: Real {
+    /// An eighth of the logarithm of a symmetric matrix with determinant one; the inverse of
+    /// [`Logarithm::traces`]. No digits are lost at small logarithms.
+    #[must_use]
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self>;
+}
+
+impl Logarithmic for f64 {
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
+        logarithm(&traces)
+    }
+}
+
 /// An exponent, prepared for [`Logarithm::power_trace`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exponent {
@@ -76,7 +90,6 @@ impl Exponent {
 
 impl<T: Real> Logarithm<T> {
     /// `tr B^exponent - 3`.
-    #[inline(always)]
     pub fn power_trace(&self, exponent: &Exponent) -> T {
         let part =
             Self { second: self.second.scale(exponent.second), third: self.third.scale(exponent.third) };
@@ -88,7 +101,6 @@ impl<T: Real> Logarithm<T> {
     }
 
     /// The traces of `B`.
-    #[inline(always)]
     pub fn traces(&self) -> Traces<T> {
         let mut traces = small_traces(self);
         for _ in 0..HALVINGS {
@@ -98,7 +110,6 @@ impl<T: Real> Logarithm<T> {
     }
 
     /// Derivatives of the traces of `B`: of `even` and of `odd`, by `second` and by `third`.
-    #[inline(always)]
     pub fn slopes(&self) -> [[T; 2]; 2] {
         let mut traces = small_traces(self);
         let mut slopes = small_slopes(self);
@@ -118,7 +129,6 @@ impl<T: Real> Logarithm<T> {
 }
 
 /// The traces of the square of a matrix.
-#[inline(always)]
 fn squared<T: Real>(traces: &Traces<T>) -> Traces<T> {
     let Traces { even, odd } = *traces;
     let more = even + even.constant(4.0);
@@ -127,7 +137,6 @@ fn squared<T: Real>(traces: &Traces<T>) -> Traces<T> {
 }
 
 /// The sums `sum H_m / (m + shift)!` over even and over odd `m`.
-#[inline(always)]
 fn sums<T: Real, const N: usize>(logarithm: &Logarithm<T>, shifts: [usize; N]) -> [[T; 2]; N] {
     let zero = logarithm.second.constant(0.0);
     let mut sums = [[zero; 2]; N];
@@ -144,7 +153,6 @@ fn sums<T: Real, const N: usize>(logarithm: &Logarithm<T>, shifts: [usize; N]) -
 }
 
 /// The traces of the exponential of a small matrix.
-#[inline(always)]
 fn small_traces<T: Real>(logarithm: &Logarithm<T>) -> Traces<T> {
     let [[even_2, odd_2], [even_3, odd_3]] = sums(logarithm, [2, 3]);
     let twice = logarithm.second + logarithm.second;
@@ -153,14 +161,12 @@ fn small_traces<T: Real>(logarithm: &Logarithm<T>) -> Traces<T> {
 }
 
 /// Derivatives of [`small_traces`]: of `even` and of `odd`, by `second` and by `third`.
-#[inline(always)]
 fn small_slopes<T: Real>(logarithm: &Logarithm<T>) -> [[T; 2]; 2] {
     let [[even_1, odd_1], [even_2, odd_2]] = sums(logarithm, [1, 2]);
     [[even_1, odd_2], [odd_1, even_2]]
 }
 
 /// The solution of two linear equations.
-#[inline(always)]
 pub fn solve<T: Real>(matrix: &[[T; 2]; 2], right: [T; 2]) -> [T; 2] {
     let [[a, b], [c, d]] = *matrix;
     let inverse = a.mul_add(d, -(b * c)).recip();
@@ -191,8 +197,7 @@ fn square_root(traces: &Traces<f64>) -> Traces<f64> {
 /// An eighth of the logarithm of the matrix with these traces, by square roots and Newton's method.
 ///
 /// What is not the trace of such a matrix gives some number or NaN.
-#[inline(never)]
-pub(super) fn logarithm(traces: &Traces<f64>) -> Logarithm<f64> {
+fn logarithm(traces: &Traces<f64>) -> Logarithm<f64> {
     let mut small = *traces;
     for _ in 0..HALVINGS {
         small = square_root(&small);
@@ -232,7 +237,7 @@ mod tests {
         for size in [4.0, 1.5, 0.3, 1e-2, 1e-5, 1e-9, 0.0] {
             for direction in [[1.0, -0.2, -0.8], [1.0, -0.5, -0.5], [-1.0, 0.5, 0.5], [1.0, 0.0, -1.0]] {
                 let logarithms = direction.map(|d| d * size);
-                let found = Real::isochoric_logarithm(traces(logarithms));
+                let found = f64::isochoric_logarithm(traces(logarithms));
                 let again = found.traces();
                 let given = traces(logarithms);
                 assert!((again.even - given.even).abs() <= 4e-15 * given.even, "{size} {direction:?}");

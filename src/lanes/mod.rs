@@ -13,7 +13,6 @@ pub mod isochoric;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::rounding;
-use isochoric::{Logarithm, Traces};
 
 /// Number of elements computed at once.
 pub const WIDTH: usize = 4;
@@ -43,10 +42,6 @@ pub trait Real:
     /// `exp(self) - 1 - self` without cancellation: of second order for small `self`.
     #[must_use]
     fn exp_m1_remainder(self) -> Self;
-    /// An eighth of the logarithm of a symmetric matrix with determinant one; the inverse of
-    /// [`Logarithm::traces`]. No digits are lost at small logarithms.
-    #[must_use]
-    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self>;
     /// `self * factor`.
     #[must_use]
     #[inline(always)]
@@ -111,10 +106,6 @@ impl Real for f64 {
     #[inline(always)]
     fn exp_m1_remainder(self) -> Self {
         if self.abs() <= NEAR_EXPONENTIAL { near_exp_m1_remainder(self) } else { far_exp_m1_remainder(self) }
-    }
-    #[inline(always)]
-    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
-        isochoric::logarithm(&traces)
     }
     #[inline(always)]
     fn vanishes(self) -> bool {
@@ -244,10 +235,6 @@ impl Real for Portable {
     #[inline(always)]
     fn exp_m1_remainder(self) -> Self {
         by_lane(self, NEAR_EXPONENTIAL, near_exp_m1_remainder(self), far_exp_m1_remainder)
-    }
-    #[inline(always)]
-    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
-        isochoric_logarithm(traces)
     }
     #[inline(always)]
     fn vanishes(self) -> bool {
@@ -456,21 +443,6 @@ fn both_by_lane<L: Lane>(x: L, limit: f64, near: [L; 2], far: fn(f64) -> [f64; 2
         }
     }
     [x.load(value), x.load(slope)]
-}
-
-/// [`Real::isochoric_logarithm`], lane by lane.
-#[inline(always)]
-fn isochoric_logarithm<L: Lane>(traces: Traces<L>) -> Logarithm<L> {
-    let even = traces.even.lanes();
-    let odd = traces.odd.lanes();
-    let mut second = [0.0; WIDTH];
-    let mut third = [0.0; WIDTH];
-    for lane in 0..WIDTH {
-        let found = isochoric::logarithm(&Traces { even: even[lane], odd: odd[lane] });
-        second[lane] = found.second;
-        third[lane] = found.third;
-    }
-    Logarithm { second: traces.even.load(second), third: traces.even.load(third) }
 }
 
 /// A task that runs in lanes.

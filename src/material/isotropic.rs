@@ -15,8 +15,9 @@
 use super::law::{Law, Parameters, Response};
 use super::potential::Potential;
 use super::step::StepMotion;
+use crate::composed::{Composed, LaneWise};
 use crate::derivatives::{Dual, Secant};
-use crate::lanes::isochoric::{Logarithm, Traces};
+use crate::lanes::isochoric::Traces;
 use crate::lanes::{RatioSlope, Real};
 use crate::square::{Square, cofactor, cofactor_change, double_dot, green_strain, scale_all, sum, trace};
 
@@ -32,7 +33,7 @@ pub trait Isotropic: Copy {
     ///
     /// Write it as a sum of terms that are each of second order in the strain, as [`Invariants`] offers them. Its derivatives then
     /// lose no digits at small strain. Terms of first order that cancel each other would lose all of them at a strain of 1e-16.
-    fn energy_of<T: Real>(coefficients: &Self::Coefficients, invariants: &Invariants<T>) -> T;
+    fn energy_of<T: Composed>(coefficients: &Self::Coefficients, invariants: &Invariants<T>) -> T;
 
     /// [`Law::reserve`] of a law with a limit.
     #[inline(always)]
@@ -66,12 +67,10 @@ pub struct Isochoric<T> {
 }
 
 impl<T: Real> Isochoric<T> {
-    /// The logarithm of the isochoric stretch `J^(-2/3) C`.
+    /// The traces of the isochoric stretch `J^(-2/3) C`.
     #[inline(always)]
-    pub fn logarithm(&self) -> Logarithm<T> {
-        let even = (self.first + self.second).scale(0.5);
-        let odd = (self.first - self.second).scale(0.5);
-        T::isochoric_logarithm(Traces { even, odd })
+    pub fn traces(&self) -> Traces<T> {
+        Traces { even: (self.first + self.second).scale(0.5), odd: (self.first - self.second).scale(0.5) }
     }
 }
 
@@ -265,7 +264,7 @@ impl<P: Isotropic> Potential for P {
     type Constants = P::Coefficients;
 
     #[inline(always)]
-    fn energy<T: Real, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> T {
+    fn energy<T: Composed, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> T {
         let [first, second, third] = Stretch::new(grad_u).invariants();
         P::energy_of(coefficients, &Invariants::new(first, second, third))
     }
@@ -285,7 +284,7 @@ where
     }
 
     #[inline(always)]
-    fn stress<T: Real, const D: usize>(
+    fn stress<T: LaneWise, const D: usize>(
         coefficients: &P::Coefficients,
         grad_u: &Square<T, D>,
     ) -> Square<T, D> {
@@ -301,7 +300,7 @@ where
     }
 
     #[inline(always)]
-    fn respond<T: Real, const D: usize>(
+    fn respond<T: LaneWise, const D: usize>(
         coefficients: &P::Coefficients,
         grad_u: &Square<T, D>,
     ) -> Response<T, IsotropicTangent<T, D>, D> {
@@ -335,7 +334,7 @@ where
     }
 
     #[inline(always)]
-    fn stress_over_step<T: RatioSlope, const D: usize>(
+    fn stress_over_step<T: LaneWise + RatioSlope, const D: usize>(
         coefficients: &P::Coefficients,
         motion: &StepMotion<T, D>,
     ) -> Square<T, D> {
@@ -352,7 +351,7 @@ where
     }
 
     #[inline(always)]
-    fn respond_step<T: RatioSlope, const D: usize>(
+    fn respond_step<T: LaneWise + RatioSlope, const D: usize>(
         coefficients: &P::Coefficients,
         motion: &StepMotion<T, D>,
     ) -> Response<T, IsotropicTangent<T, D>, D> {

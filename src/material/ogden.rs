@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::check::Compressibility;
 use super::{Invariants, Isotropic, Moduli, Parameters, Part};
-use crate::lanes::Real;
-use crate::lanes::isochoric::Exponent;
+use crate::composed::{Composed, PairFunction};
+use crate::lanes::isochoric::{Exponent, Logarithmic, Traces};
 use crate::reader::findings::Findings;
 use crate::reader::quantity::{Number, Pressure};
 use crate::reader::up_to::UpTo;
@@ -56,17 +56,27 @@ struct Power {
     exponent: Exponent,
 }
 
+/// The energy of the isochoric stretch, a function of its two traces.
+impl PairFunction for Coefficients {
+    fn of<T: Logarithmic>(&self, [even, odd]: [T; 2]) -> T {
+        let logarithm = T::isochoric_logarithm(Traces { even, odd });
+        let mut energy = even.constant(0.0);
+        for power in self.terms.iter() {
+            energy = energy + logarithm.power_trace(&power.exponent).scale(power.factor);
+        }
+        energy
+    }
+}
+
 impl Isotropic for Ogden {
     type Coefficients = Coefficients;
 
     #[inline(always)]
-    fn energy_of<T: Real>(coefficients: &Coefficients, invariants: &Invariants<T>) -> T {
+    fn energy_of<T: Composed>(coefficients: &Coefficients, invariants: &Invariants<T>) -> T {
         let mut energy = invariants.volumetric().scale(coefficients.bulk);
         if !coefficients.terms.is_empty() {
-            let logarithm = invariants.isochoric().logarithm();
-            for power in coefficients.terms.iter() {
-                energy = energy + logarithm.power_trace(&power.exponent).scale(power.factor);
-            }
+            let Traces { even, odd } = invariants.isochoric().traces();
+            energy = energy + T::composed(coefficients, [even, odd]);
         }
         energy
     }

@@ -1,7 +1,8 @@
 //! Every law of the table: energy, stress and tangent against each other, against dual numbers and against closed forms.
 
 use super::*;
-use crate::lanes::isochoric::{Logarithm, Traces, solve};
+use crate::composed::{Composed, PairFunction};
+use crate::lanes::isochoric::{Logarithm, Logarithmic, Traces, solve};
 use crate::lanes::{RatioSlope, Real};
 use crate::square::{
     Square, diagonal, double_dot, green_strain, plus_one, product, scale_all, small_strain, sum, transpose,
@@ -35,6 +36,9 @@ impl Real for HyperDual64 {
     fn exp_m1_remainder(self) -> Self {
         DualNum::exp_m1(&self) - self
     }
+}
+
+impl Logarithmic for HyperDual64 {
     /// Newton's method from the solution in plain numbers; every step doubles the order of the derivatives.
     fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
         let plain = f64::isochoric_logarithm(Traces { even: traces.even.re, odd: traces.odd.re });
@@ -47,6 +51,12 @@ impl Real for HyperDual64 {
             found.third += third;
         }
         found
+    }
+}
+
+impl Composed for HyperDual64 {
+    fn composed<F: PairFunction>(function: &F, pair: [Self; 2]) -> Self {
+        function.of(pair)
     }
 }
 
