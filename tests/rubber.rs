@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use common::{Folder, Results, Table, run, shipped};
+use common::{Folder, Results, Table, assert_says, run, shipped};
 
 const C10: f64 = 4e5;
 const C01: f64 = 1e5;
@@ -197,8 +197,10 @@ impl Fitted {
     }
 }
 
-/// The curves of Treloar: the name, and the stretches at a stretch of the free side.
-const CURVES: [(&str, fn(f64, f64) -> [f64; 3]); 3] = [
+/// A curve of Treloar: its name, and the stretches by the first one and that of the free side.
+type Curve = (&'static str, fn(f64, f64) -> [f64; 3]);
+
+const CURVES: [Curve; 3] = [
     ("uniaxial", |l, free| [l, free, free]),
     ("equibiaxial", |l, free| [l, l, free]),
     ("pure-shear", |l, free| [l, 1.0, free]),
@@ -230,6 +232,24 @@ fn treloars_rubber_follows_the_closed_forms() {
             }
         }
     }
+}
+
+/// A cube that is held at a constant volume can not exceed the limit of Gent's law: the run ends, with the element and the remedy.
+#[test]
+fn the_limit_of_gents_law_ends_a_run() {
+    let law = Fitted {
+        name: "gent".to_owned(),
+        line: "material: { gent: { mu: 1e6, j_m: 5, bulk_modulus: 1e9 } }".to_owned(),
+        parameters: Vec::new(),
+    };
+    let flat =
+        "boundary:\n  press: { on: cube.top, displacement: { z: \"0.01 / (1 + 3.96 * t) - 0.01\" } }\n";
+    let case = law.case("pure-shear").replace("[1, 1, 1]", "[2, 2, 2]").replace("boundary:\n", flat);
+    let folder = Folder::new("limit");
+    folder.write("case.yml", &case);
+    let output = run(0, &["case.yml", "--output", "out"], &folder);
+    assert_eq!(output.code, Some(6), "{}", output.text());
+    assert_says(&output.stderr, &["element ", "is stretched beyond the limit of its material"]);
 }
 
 /// `check` prints the shear modulus of every law at small strain.
@@ -394,8 +414,13 @@ fn a_tumbling_block_keeps_energy_and_momentum() {
     ] {
         let case = tumbling("hex8", 3, "none", "conserving");
         assert!(case.contains(rubber));
-        let (lost, strain) = unexplained(&Results::of(&case.replace(rubber, law), 1));
+        let case = case.replace(rubber, law);
+        let alone = Results::of(&case, 1);
+        let (lost, strain) = unexplained(&alone);
         assert!(lost < 1e-12 && strain > 0.05, "{law}: {lost} {strain}");
+        let strains =
+            [alone, Results::of(&case, 3)].map(|results| results.table("energy.csv").last("strain"));
+        close(&format!("{law} on three ranks"), strains[1], strains[0], 1e-9);
     }
     let (lost, _) = unexplained(&Results::of(&tumbling("hex8", 3, "none", "midpoint"), 1));
     assert!(lost > 1e-4, "{lost}");
