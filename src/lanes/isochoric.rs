@@ -12,7 +12,7 @@
 //! `tr B - 3 = even + odd = sum_m H_m (2 J2 / (m + 2)! + 3 J3 / (m + 3)!)`.
 //!
 //! Terms of even degree in `h` belong to `even`, the others to `odd`. The traces of the square are
-//! polynomials of those of the matrix, see [`squared`]. So a power is the series of a small
+//! polynomials of those of the matrix, see `squared`. So a power is the series of a small
 //! multiple of `h`, squared a few times. No operation cancels digits.
 
 use super::Real;
