@@ -6,6 +6,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
+use crate::lanes::isochoric::{Logarithm, Logarithmic, Traces, solve};
 use crate::lanes::{Ratio, RatioSlope, Real};
 
 /// A number and its derivatives by `N` variables.
@@ -133,6 +134,21 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
     fn scale(self, factor: f64) -> Self {
         let factor = self.value.constant(factor);
         self.chain(self.value * factor, factor)
+    }
+}
+
+impl<T: Logarithmic, const N: usize> Logarithmic for Dual<T, N> {
+    /// The derivatives of the inverse function: those of the traces, solved for.
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
+        let Traces { even, odd } = traces;
+        let value = T::isochoric_logarithm(Traces { even: even.value, odd: odd.value });
+        let slopes = value.slopes();
+        let mut second = Self::fixed(value.second);
+        let mut third = Self::fixed(value.third);
+        for k in 0..N {
+            [second.partial[k], third.partial[k]] = solve(&slopes, [even.partial[k], odd.partial[k]]);
+        }
+        Logarithm { second, third }
     }
 }
 
@@ -280,6 +296,27 @@ impl<T: Ratio, const N: usize> Real for Secant<T, N> {
     fn scale(self, factor: f64) -> Self {
         let slope = self.start.constant(factor);
         self.chain(self.start.scale(factor), self.end.scale(factor), slope)
+    }
+}
+
+impl<T: Logarithmic + Ratio, const N: usize> Logarithmic for Secant<T, N> {
+    /// The slopes of the inverse function: those of the traces over the step, solved for.
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
+        let Traces { even, odd } = traces;
+        let start = T::isochoric_logarithm(Traces { even: even.start, odd: odd.start });
+        let end = T::isochoric_logarithm(Traces { even: even.end, odd: odd.end });
+        let over_step = Logarithm {
+            second: Secant::<T, 2>::variable(start.second, end.second, 0),
+            third: Secant::variable(start.third, end.third, 1),
+        };
+        let traces = over_step.traces();
+        let slopes = [traces.even.slope, traces.odd.slope];
+        let mut second = even.chain(start.second, end.second, start.second);
+        let mut third = odd.chain(start.third, end.third, start.third);
+        for k in 0..N {
+            [second.slope[k], third.slope[k]] = solve(&slopes, [even.slope[k], odd.slope[k]]);
+        }
+        Logarithm { second, third }
     }
 }
 

@@ -10,7 +10,7 @@
 //!
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
-//! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; the terms of (3.5) |
+//! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`composed`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; functions that are compiled once for all kernels; the terms of (3.5) |
 //! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects; checkpoints, from which a run resumes |
 //! | 2 | [`mesh`]; [`material`]; [`presets`]; [`schemes`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data, named linear solvers and schemes, point laws |
 //! | 3 | [`case`] | what the user writes |
@@ -55,6 +55,7 @@ pub mod case;
 pub mod checkpoint;
 pub mod cli;
 pub mod commands;
+pub mod composed;
 pub mod contact;
 pub mod derivatives;
 pub mod dynamics;

@@ -325,15 +325,15 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Describes the inverted element: number, position, determinant.
+    /// Describes the inverted or overstretched element: number, position, determinant.
     pub(super) fn describe(&self, inverted: &Inverted) -> Error {
         let centre = self.local.mesh.element_centre(inverted.element as usize);
         let number = self.local.input_element[inverted.element as usize];
-        Error::guard(format!(
-            "element {number} at {} {} is inverted (det F = {:.3e})",
-            spelled(&centre),
-            self.units.of("m"),
-            inverted.det
-        ))
+        let fault = if inverted.det > 0.0 {
+            "is stretched beyond the limit of its material".to_owned()
+        } else {
+            format!("is inverted (det F = {:.3e})", inverted.det)
+        };
+        Error::guard(format!("element {number} at {} {} {fault}", spelled(&centre), self.units.of("m")))
     }
 }

@@ -109,31 +109,41 @@ impl<L: Lane, const D: usize, const STATES: usize> Batch<L, D, STATES> {
     }
 }
 
-/// Checks a batch for elements that are inverted at a quadrature point. `det_f` is given at each
-/// point of all passes.
+/// Checks a batch for elements that are inverted at a quadrature point, or beyond the limit of their
+/// law. `det_f` and `reserve` are given at each point of all passes; `reserve` is empty for a law
+/// without limit.
 ///
 /// # Errors
-/// The first inverted element.
+/// The first such element.
 #[inline(always)]
 pub(super) fn check(
     det_f: &[[f64; WIDTH]],
+    reserve: &[[f64; WIDTH]],
     elements: &[u32],
     passes: &[Pass],
 ) -> std::result::Result<(), Inverted> {
-    if det_f.iter().flatten().all(|&det| det > 0.0) {
+    if det_f.iter().chain(reserve).flatten().all(|&value| value > 0.0) {
         return Ok(());
     }
-    inverted(det_f, elements, passes)
+    inverted(det_f, reserve, elements, passes)
 }
 
-/// Returns the lowest element of the batch with a nonpositive determinant, and its first such
-/// point.
+/// Returns the lowest element of the batch with a nonpositive value, and its first such point.
 #[cold]
-fn inverted(det_f: &[[f64; WIDTH]], elements: &[u32], passes: &[Pass]) -> std::result::Result<(), Inverted> {
-    let points = || passes.iter().flat_map(|pass| &pass.points).zip(det_f);
+fn inverted(
+    det_f: &[[f64; WIDTH]],
+    reserve: &[[f64; WIDTH]],
+    elements: &[u32],
+    passes: &[Pass],
+) -> std::result::Result<(), Inverted> {
+    let points: Vec<_> = passes.iter().flat_map(|pass| &pass.points).collect();
     for (lane, &element) in elements.iter().enumerate() {
-        if let Some((&point, det)) = points().find(|(_, det)| det[lane] <= 0.0 || det[lane].is_nan()) {
-            return Err(Inverted { element, point, det: det[lane] });
+        for (number, (&&point, det_f)) in points.iter().zip(det_f).enumerate() {
+            let det = det_f[lane];
+            let reserve = reserve.get(number).map_or(1.0, |reserve| reserve[lane]);
+            if !(det > 0.0 && reserve > 0.0) {
+                return Err(Inverted { element, point, det, reserve });
+            }
         }
     }
     Ok(())

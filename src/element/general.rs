@@ -34,10 +34,12 @@ impl<P: Law, const D: usize> LaneTask for General<'_, P, D> {
         let n = group.kind.nodes();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
+        let mut reserves = Vec::new();
         let mut gradients = vec![[unit.constant(0.0); D]; n];
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
         for (batch, ((elements, nodes), points)) in batches.zip(group.points.chunks_exact(n)).enumerate() {
             work.gather(unit, nodes, points, u);
+            reserves.clear();
             let mut point = 0;
             for pass in &group.passes {
                 let constants = self.law.constants(pass.part);
@@ -48,10 +50,13 @@ impl<P: Law, const D: usize> LaneTask for General<'_, P, D> {
                     }
                     let det_f = add_law::<P, L, D>(&mut work, &gradients, &sample, &constants, wanted);
                     work.det_f[point] = det_f.lanes();
+                    if let Some(reserve) = P::reserve(&constants, &sample.grad_u[0]) {
+                        reserves.push(reserve.lanes());
+                    }
                     point += 1;
                 }
             }
-            check(&work.det_f, elements, &group.passes)?;
+            check(&work.det_f, &reserves, elements, &group.passes)?;
             work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())

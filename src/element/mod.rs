@@ -49,7 +49,8 @@ pub trait ElementSink {
     fn element(&mut self, index: usize, force: &[f64], stiffness: Option<&[f64]>);
 }
 
-/// An element that is inverted (or has a NaN) in a trial state.
+/// An element that is inverted (or has a NaN) in a trial state, or is stretched beyond the limit of its
+/// law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inverted {
     /// Local number in the mesh.
@@ -58,4 +59,7 @@ pub struct Inverted {
     pub point: [f64; 3],
     /// `det F` there.
     pub det: f64,
+    /// [`Law::reserve`](crate::material::Law::reserve) there, not positive beyond the limit; 1 for a
+    /// law without limit.
+    pub reserve: f64,
 }

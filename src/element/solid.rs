@@ -58,7 +58,7 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
                     work.blocks.unfold(&moduli);
                 }
             }
-            check(&work.det_f, elements, &group.passes)?;
+            check(&work.det_f, &[], elements, &group.passes)?;
             work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())

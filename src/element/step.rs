@@ -74,9 +74,11 @@ impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
         let n = group.kind.nodes();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
+        let mut reserves = Vec::new();
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
         for (batch, ((elements, nodes), points)) in batches.zip(group.points.chunks_exact(n)).enumerate() {
             work.gather(unit, nodes, points, u);
+            reserves.clear();
             let mut point = 0;
             for pass in &group.passes {
                 let constants = self.law.constants(pass.part);
@@ -85,6 +87,9 @@ impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
                     let motion = StepMotion::new(start, middle);
                     work.det_f[point] = (det_minus_one(&motion.end) + unit).lanes();
                     point += 1;
+                    if let Some(reserve) = P::reserve(&constants, &motion.end) {
+                        reserves.push(reserve.lanes());
+                    }
                     let second_piola = match wanted {
                         None => P::stress_over_step(&constants, &motion),
                         Some(wanted) => {
@@ -96,7 +101,7 @@ impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
                     work.add_force(&plus_one(&middle), &second_piola, volume);
                 }
             }
-            check(&work.det_f, elements, &group.passes)?;
+            check(&work.det_f, &reserves, elements, &group.passes)?;
             work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())

@@ -8,6 +8,7 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+pub mod isochoric;
 
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -15,7 +15,9 @@
 use super::law::{Law, Parameters, Response};
 use super::potential::Potential;
 use super::step::StepMotion;
+use crate::composed::{Composed, LaneWise};
 use crate::derivatives::{Dual, Secant};
+use crate::lanes::isochoric::Traces;
 use crate::lanes::{RatioSlope, Real};
 use crate::square::{Square, cofactor, cofactor_change, double_dot, green_strain, scale_all, sum, trace};
 
@@ -31,7 +33,13 @@ pub trait Isotropic: Copy {
     ///
     /// Write it as a sum of terms that are each of second order in the strain, as [`Invariants`] offers them. Its derivatives then
     /// lose no digits at small strain. Terms of first order that cancel each other would lose all of them at a strain of 1e-16.
-    fn energy_of<T: Real>(coefficients: &Self::Coefficients, invariants: &Invariants<T>) -> T;
+    fn energy_of<T: Composed>(coefficients: &Self::Coefficients, invariants: &Invariants<T>) -> T;
+
+    /// [`Law::reserve`] of a law with a limit.
+    #[inline(always)]
+    fn reserve_of<T: Real>(_: &Self::Coefficients, _: &Invariants<T>) -> Option<T> {
+        None
+    }
 }
 
 /// Invariants of `e = C - 1`, and what laws are made of.
@@ -56,6 +64,14 @@ pub struct Isochoric<T> {
     pub first: T,
     /// `J^(-4/3) (tr^2 C - C : C) / 2 - 3`.
     pub second: T,
+}
+
+impl<T: Real> Isochoric<T> {
+    /// The traces of the isochoric stretch `J^(-2/3) C`.
+    #[inline(always)]
+    pub fn traces(&self) -> Traces<T> {
+        Traces { even: (self.first + self.second).scale(0.5), odd: (self.first - self.second).scale(0.5) }
+    }
 }
 
 impl<T: Real> Invariants<T> {
@@ -97,6 +113,16 @@ impl<T: Real> Invariants<T> {
         let second = q.mul_add(s, q) - (self.second + twice + twice).scale(third);
         Isochoric { first: first.scale(3.0), second: second.scale(3.0) }
     }
+}
+
+/// `sum coefficients[k] x^(k + 1)`.
+#[inline(always)]
+pub fn polynomial<T: Real, const N: usize>(coefficients: &[f64; N], x: T) -> T {
+    let mut sum = x.constant(coefficients[N - 1]);
+    for k in (0..N - 1).rev() {
+        sum = sum.mul_add(x, x.constant(coefficients[k]));
+    }
+    sum * x
 }
 
 /// `e = C - 1` and the derivatives of its invariants.
@@ -238,7 +264,7 @@ impl<P: Isotropic> Potential for P {
     type Constants = P::Coefficients;
 
     #[inline(always)]
-    fn energy<T: Real, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> T {
+    fn energy<T: Composed, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> T {
         let [first, second, third] = Stretch::new(grad_u).invariants();
         P::energy_of(coefficients, &Invariants::new(first, second, third))
     }
@@ -252,7 +278,13 @@ where
     type StepTangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
 
     #[inline(always)]
-    fn stress<T: Real, const D: usize>(
+    fn reserve<T: Real, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> Option<T> {
+        let [first, second, third] = Stretch::new(grad_u).invariants();
+        P::reserve_of(coefficients, &Invariants::new(first, second, third))
+    }
+
+    #[inline(always)]
+    fn stress<T: LaneWise, const D: usize>(
         coefficients: &P::Coefficients,
         grad_u: &Square<T, D>,
     ) -> Square<T, D> {
@@ -268,7 +300,7 @@ where
     }
 
     #[inline(always)]
-    fn respond<T: Real, const D: usize>(
+    fn respond<T: LaneWise, const D: usize>(
         coefficients: &P::Coefficients,
         grad_u: &Square<T, D>,
     ) -> Response<T, IsotropicTangent<T, D>, D> {
@@ -302,7 +334,7 @@ where
     }
 
     #[inline(always)]
-    fn stress_over_step<T: RatioSlope, const D: usize>(
+    fn stress_over_step<T: LaneWise + RatioSlope, const D: usize>(
         coefficients: &P::Coefficients,
         motion: &StepMotion<T, D>,
     ) -> Square<T, D> {
@@ -319,7 +351,7 @@ where
     }
 
     #[inline(always)]
-    fn respond_step<T: RatioSlope, const D: usize>(
+    fn respond_step<T: LaneWise + RatioSlope, const D: usize>(
         coefficients: &P::Coefficients,
         motion: &StepMotion<T, D>,
     ) -> Response<T, IsotropicTangent<T, D>, D> {

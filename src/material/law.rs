@@ -2,6 +2,7 @@
 
 use super::step::StepMotion;
 use super::{MetricLaw, Moduli, Part, Potential, SAMPLE};
+use crate::composed::LaneWise;
 use crate::lanes::{RatioSlope, Real};
 use crate::reader::findings::Findings;
 use crate::square::Square;
@@ -38,14 +39,24 @@ pub trait Law: Parameters {
     type StepTangent<T: Real, const D: usize>: Copy;
 
     /// Second Piola stress and tangent at a displacement gradient. No digits of the stress may be lost at small strain.
-    fn respond<T: Real, const D: usize>(
+    fn respond<T: LaneWise, const D: usize>(
         constants: &Self::Constants,
         grad_u: &Square<T, D>,
     ) -> Response<T, Self::Tangent<T, D>, D>;
 
+    /// What is left to the limit of the law, for a law that has no energy beyond a stretch. A trial state where it is not positive is
+    /// rejected like an inverted one. `None` for a law without limit.
+    #[inline(always)]
+    fn reserve<T: Real, const D: usize>(_: &Self::Constants, _: &Square<T, D>) -> Option<T> {
+        None
+    }
+
     /// The second Piola stress alone.
     #[inline(always)]
-    fn stress<T: Real, const D: usize>(constants: &Self::Constants, grad_u: &Square<T, D>) -> Square<T, D> {
+    fn stress<T: LaneWise, const D: usize>(
+        constants: &Self::Constants,
+        grad_u: &Square<T, D>,
+    ) -> Square<T, D> {
         Self::respond(constants, grad_u).second_piola
     }
 
@@ -57,14 +68,14 @@ pub trait Law: Parameters {
 
     /// A symmetric stress `S` over a step with `S : (E_end - E_start) = W_end - W_start`, see [`step`](super::step), and its
     /// tangent.
-    fn respond_step<T: RatioSlope, const D: usize>(
+    fn respond_step<T: LaneWise + RatioSlope, const D: usize>(
         constants: &Self::Constants,
         motion: &StepMotion<T, D>,
     ) -> Response<T, Self::StepTangent<T, D>, D>;
 
     /// The stress over a step alone.
     #[inline(always)]
-    fn stress_over_step<T: RatioSlope, const D: usize>(
+    fn stress_over_step<T: LaneWise + RatioSlope, const D: usize>(
         constants: &Self::Constants,
         motion: &StepMotion<T, D>,
     ) -> Square<T, D> {

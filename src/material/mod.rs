@@ -21,7 +21,7 @@ mod tests;
 mod uniaxial;
 
 pub use hooke::Hooke;
-pub use isotropic::{Invariants, Isochoric, Isotropic, IsotropicTangent};
+pub use isotropic::{Invariants, Isochoric, Isotropic, IsotropicTangent, polynomial};
 pub use law::{Law, LawTask, Parameters, Response};
 pub use metric::{Metric, MetricLaw, MetricResponse, MetricTangent};
 pub use moduli::{Moduli, Part};
@@ -81,6 +81,10 @@ materials! {
     "neo_hookean": neo_hookean::NeoHookean,
     "saint_venant_kirchhoff": saint_venant_kirchhoff::SaintVenantKirchhoff,
     "mooney_rivlin": mooney_rivlin::MooneyRivlin,
+    "yeoh": yeoh::Yeoh,
+    "arruda_boyce": arruda_boyce::ArrudaBoyce,
+    "gent": gent::Gent,
+    "ogden": ogden::Ogden,
 }
 
 /// Moduli of the samples of all laws \[Pa\].

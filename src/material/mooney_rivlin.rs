@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::check_poisson_ratio;
+use super::check::Compressibility;
 use super::{Invariants, Isotropic, Moduli, Parameters, Part};
 use crate::lanes::Real;
 use crate::reader::findings::Findings;
@@ -52,6 +52,10 @@ impl MooneyRivlin {
     fn shear_modulus(&self) -> f64 {
         2.0 * (self.c10.value + self.c01.value)
     }
+
+    fn compressibility(&self) -> Compressibility {
+        Compressibility { bulk_modulus: self.bulk_modulus, poisson_ratio: self.poisson_ratio }
+    }
 }
 
 impl Parameters for MooneyRivlin {
@@ -61,35 +65,11 @@ impl Parameters for MooneyRivlin {
             findings.say(self.c10.place, format!("c10 + c01 must be > 0, found {half}"));
             findings.cure("half the shear modulus at small strain is c10 + c01");
         }
-        if let Some(bulk) = self.bulk_modulus {
-            findings.positive("the bulk modulus", bulk);
-        }
-        if let Some(ratio) = self.poisson_ratio {
-            check_poisson_ratio(ratio, findings);
-        }
-        let cure = "at small strain poisson_ratio = (3 K - 2 mu) / (6 K + 2 mu) with mu = 2 (c10 + c01)";
-        match (self.bulk_modulus, self.poisson_ratio) {
-            (Some(_), Some(ratio)) => {
-                findings
-                    .say(ratio.place, "bulk_modulus and poisson_ratio are redundant: give only one of them");
-                findings.cure(cure);
-            }
-            (None, None) => {
-                findings.say(self.c10.place, "mooney_rivlin needs bulk_modulus or poisson_ratio");
-                findings.cure(cure);
-            }
-            _ => {}
-        }
+        self.compressibility().check("mooney_rivlin", self.c10.place, "2 (c10 + c01)", findings);
     }
 
     fn moduli(&self) -> Moduli<f64> {
-        let mu = self.shear_modulus();
-        let from_ratio = |ratio: Number| Moduli::of(2.0 * mu * (1.0 + ratio.value), ratio.value);
-        let from_bulk = |bulk: Pressure| Moduli::of_shear_and_bulk(mu, bulk.value);
-        self.bulk_modulus
-            .map(from_bulk)
-            .or(self.poisson_ratio.map(from_ratio))
-            .unwrap_or(Moduli { lambda: 0.0, mu })
+        self.compressibility().moduli(self.shear_modulus())
     }
 
     fn constants(&self, part: Part) -> Coefficients {

@@ -1,6 +1,6 @@
 //! The stored energy of a law.
 
-use crate::lanes::Real;
+use crate::composed::Composed;
 use crate::square::Square;
 
 /// A stored energy.
@@ -10,5 +10,5 @@ pub trait Potential {
 
     /// Energy per reference volume [J/m^3] at the displacement gradient `grad_u` (row = component, column = reference direction).
     /// Its derivative is the first Piola stress.
-    fn energy<T: Real, const D: usize>(constants: &Self::Constants, grad_u: &Square<T, D>) -> T;
+    fn energy<T: Composed, const D: usize>(constants: &Self::Constants, grad_u: &Square<T, D>) -> T;
 }

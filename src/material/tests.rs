@@ -1,6 +1,8 @@
 //! Every law of the table: energy, stress and tangent against each other, against dual numbers and against closed forms.
 
 use super::*;
+use crate::composed::{Composed, PairFunction};
+use crate::lanes::isochoric::{Logarithm, Logarithmic, Traces, solve};
 use crate::lanes::{RatioSlope, Real};
 use crate::square::{
     Square, diagonal, double_dot, green_strain, plus_one, product, scale_all, small_strain, sum, transpose,
@@ -9,6 +11,7 @@ use crate::taylor::{scatter, taylor_rate};
 use num_dual::{DualNum, HyperDual64};
 
 mod mooney_rivlin;
+mod rubber;
 mod step;
 
 impl Real for HyperDual64 {
@@ -32,6 +35,28 @@ impl Real for HyperDual64 {
     }
     fn exp_m1_remainder(self) -> Self {
         DualNum::exp_m1(&self) - self
+    }
+}
+
+impl Logarithmic for HyperDual64 {
+    /// Newton's method from the solution in plain numbers; every step doubles the order of the derivatives.
+    fn isochoric_logarithm(traces: Traces<Self>) -> Logarithm<Self> {
+        let plain = f64::isochoric_logarithm(Traces { even: traces.even.re, odd: traces.odd.re });
+        let mut found = Logarithm { second: Self::from_re(plain.second), third: Self::from_re(plain.third) };
+        for _ in 0..2 {
+            let reached = found.traces();
+            let rest = [traces.even - reached.even, traces.odd - reached.odd];
+            let [second, third] = solve(&found.slopes(), rest);
+            found.second += second;
+            found.third += third;
+        }
+        found
+    }
+}
+
+impl Composed for HyperDual64 {
+    fn composed<F: PairFunction>(function: &F, pair: [Self; 2]) -> Self {
+        function.of(pair)
     }
 }
 

@@ -56,14 +56,16 @@ impl LawTask for Stretched {
 
     fn run<P: Law>(self, law: &P) -> Option<Uniaxial> {
         let constants = law.constants(Part::Whole);
-        let stress = |lateral: f64| -> Square<f64, 3> {
-            let mut grad_u = [[0.0; 3]; 3];
-            grad_u[0][0] = self.0 - 1.0;
-            grad_u[1][1] = lateral;
-            grad_u[2][2] = lateral;
-            P::stress(&constants, &grad_u)
+        let axial = self.0 - 1.0;
+        let gradient = |lateral: f64| -> Square<f64, 3> {
+            [[axial, 0.0, 0.0], [0.0, lateral, 0.0], [0.0, 0.0, lateral]]
         };
-        let across = |lateral: f64| stress(lateral)[1][1];
+        let stress = |lateral: f64| P::stress(&constants, &gradient(lateral));
+        let across = |lateral: f64| match P::reserve(&constants, &gradient(lateral)) {
+            // Beyond the limit of the law; its energy falls towards equal stretches.
+            Some(reserve) if reserve <= 0.0 => f64::INFINITY.copysign(lateral - axial),
+            _ => stress(lateral)[1][1],
+        };
         let (mut low, mut high) = bracket(across)?;
         // The stress grows with the lateral stretch between the two.
         while high - low > 4.0 * f64::EPSILON * low.abs().max(f64::EPSILON) {

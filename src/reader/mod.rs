@@ -23,3 +23,4 @@ mod stand_in;
 pub mod tagged;
 pub mod unit;
 pub mod units;
+pub mod up_to;

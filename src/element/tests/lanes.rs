@@ -5,7 +5,8 @@ use super::super::solid::Solid;
 use super::super::workspace::Job;
 use super::*;
 use crate::lanes::dispatch_portable;
-use crate::material::{Law, LawTask, MetricLaw};
+use crate::material::{Gent, Law, LawTask, MetricLaw};
+use crate::reader::quantity::{Number, Pressure};
 
 fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     let u = random(mesh, 0.02, 24);
@@ -119,6 +120,43 @@ fn inversions<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
 #[test]
 fn inverted_elements_are_reported() {
     for_every_kind!(inversions);
+}
+
+fn overstretches<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
+    let gent = |limit: f64| {
+        let law = Gent {
+            mu: Pressure::new(1.0),
+            j_m: Number::new(limit),
+            bulk_modulus: Some(Pressure::new(10.0)),
+            poisson_ratio: None,
+        };
+        group(mesh, formulation(law.into(), Kinematics::Finite, Locking::None))
+    };
+    // Three times as long at the end, twice in the middle of a step.
+    let mut end = vec![0.0; mesh.points.len() * D];
+    for (a, point) in mesh.points.iter().enumerate() {
+        end[a * D] = 2.0 * point[0];
+    }
+    let start = vec![0.0; end.len()];
+    let middle: Vec<f64> = end.iter().map(|u| 0.5 * u).collect();
+    // I1 - 3 is 2.29 at the end and 0.78 in the middle.
+    let at_end = |limit, request| gent(limit).evaluate(&end, request, &mut Rows::default());
+    let over_step =
+        |limit, request| gent(limit).evaluate_step(&start, &middle, request, &mut Rows::default());
+    for request in [Request::FORCE, Request::TANGENT] {
+        assert!(at_end(2.4, request).is_ok() && over_step(2.4, request).is_ok(), "{kind}");
+        assert!(gent(1.0).evaluate(&middle, request, &mut Rows::default()).is_ok(), "{kind}");
+        for found in [at_end(2.2, request), over_step(2.2, request), over_step(1.0, request)] {
+            let found = found.unwrap_err();
+            assert!(found.element == 0 && found.det > 2.9 && found.reserve <= 0.0, "{kind}: {found:?}");
+        }
+    }
+}
+
+/// Elements that are stretched beyond the limit of their law, at a state or at the end of a step, are reported.
+#[test]
+fn overstretched_elements_are_reported() {
+    for_every_kind!(overstretches);
 }
 
 /// Invalid groups are rejected with a message.
