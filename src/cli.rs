@@ -203,7 +203,7 @@ pub enum ChartAxis {
 
 /// How much a run prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verbosity {
+pub enum Detail {
     /// Errors, and a run its warnings.
     Quiet,
     /// One line a step.
@@ -216,19 +216,19 @@ pub enum Verbosity {
 
 impl RunArguments {
     /// How much the run prints.
-    pub fn verbosity(&self) -> Verbosity {
-        Verbosity::of(self.quiet, self.verbose)
+    pub fn verbosity(&self) -> Detail {
+        Detail::of(self.quiet, self.verbose)
     }
 }
 
 impl StudyArguments {
     /// How much the study prints.
-    pub fn verbosity(&self) -> Verbosity {
-        Verbosity::of(self.quiet, self.verbose)
+    pub fn verbosity(&self) -> Detail {
+        Detail::of(self.quiet, self.verbose)
     }
 }
 
-impl Verbosity {
+impl Detail {
     fn of(quiet: bool, verbose: u8) -> Self {
         match (quiet, verbose) {
             (true, _) => Self::Quiet,

@@ -45,7 +45,7 @@ fn pieces(folder: &Folder, grid: &str) -> Vec<ReadPiece> {
 
 /// A float field of a part: the values of each point or cell in sequence.
 #[track_caller]
-fn values<'a>(field: &'a contact_petsc::output::vtu_reader::Field, name: &str) -> &'a [f64] {
+fn values<'a>(field: &'a contact_petsc::output::vtu_reader::VtuField, name: &str) -> &'a [f64] {
     let VtuValues::Float64(values) = &field.values else { panic!("{name} is not of numbers") };
     values
 }

@@ -173,16 +173,16 @@ impl StepPacing {
         system: &mut ContactSystem<D>,
         stage: &Stage,
         control: &StepControl,
-    ) -> Result<Option<Progress>> {
+    ) -> Result<Option<AccuracyProgress>> {
         let Some(watch) = &mut self.watch else { return Ok(None) };
         watch.advance(system, stage)?;
         let warning = watch.remark.take();
-        Ok(Some(Progress { record: watch.record(control.rejected()), warning }))
+        Ok(Some(AccuracyProgress { record: watch.record(control.rejected()), warning }))
     }
 }
 
 /// The accuracy of a run up to an accepted step.
-pub struct Progress {
+pub struct AccuracyProgress {
     /// Requested and achieved errors.
     pub record: AccuracyRecord,
     /// A warning on the step.

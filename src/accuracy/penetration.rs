@@ -4,7 +4,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact, depths};
-use crate::contact::multipliers::Augmentation;
+use crate::contact::multipliers::MultiplierSource;
 
 /// Requested penetration tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,11 @@ pub fn limit<const D: usize>(system: &mut ContactSystem<D>, asked: Asked) {
     for contact in system.contacts_mut() {
         if let Some(tolerance) = asked.of(contact) {
             contact.tolerance = Some(tolerance);
-            contact.state.augment(if multipliers { Augmentation::Sought } else { Augmentation::Carried });
+            contact.state.augment(if multipliers {
+                MultiplierSource::Sought
+            } else {
+                MultiplierSource::Carried
+            });
         }
     }
 }

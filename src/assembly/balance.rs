@@ -4,7 +4,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact_forces::add_contact_forces;
 use super::external::Moment;
-use super::forces::At;
+use super::forces::SolidFields;
 use super::stages::hold;
 use super::system::{ContactSystem, ForceParts};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
@@ -74,7 +74,7 @@ impl<const D: usize> ContactSystem<D> {
             *fault = None;
             internal.fill(0.0);
             for solid in solids {
-                if let Err(inverted) = solid.add_force(&At::of(stage, &u, &u_start), internal) {
+                if let Err(inverted) = solid.add_force(&SolidFields::of(stage, &u, &u_start), internal) {
                     fault.get_or_insert(inverted);
                 }
             }

@@ -11,7 +11,7 @@ use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::normal::PressedSide;
 use crate::contact::obstacle::Shape;
 use crate::contact::point::{ContactLaw, Status};
-use crate::contact::state::{Changes, ContactState, ForceChange};
+use crate::contact::state::{Changes, ContactState, SquaredForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
 use crate::contact::totals::ContactEnergy;
@@ -269,7 +269,7 @@ impl<const D: usize> LocalContact<D> {
     }
 
     /// Compares the forces of the points with the frozen ones.
-    pub fn force_change(&self) -> ForceChange {
+    pub fn force_change(&self) -> SquaredForceChange {
         self.state.force_change()
     }
 

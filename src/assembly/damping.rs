@@ -3,7 +3,7 @@
 
 use std::rc::Rc;
 
-use super::forces::At;
+use super::forces::SolidFields;
 use super::mass::{Supported, masked, masses_of};
 use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
@@ -34,7 +34,7 @@ impl DampingMatrix {
     ) -> Result<Self> {
         let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
         let at_rest = vec![0.0; supported.constrained.len()];
-        let undeformed = At { u: &at_rest, start: None };
+        let undeformed = SolidFields { u: &at_rest, start: None };
         let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
         matrix.fill(|values| {
             values.zero();

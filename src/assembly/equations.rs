@@ -8,7 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::augmentation;
 use super::contact::LocalContact;
 use super::soundness::unsound_force;
-use super::stages::{self, Target};
+use super::stages::{self, MatrixTarget};
 use super::system::ContactSystem;
 use crate::case::Units;
 use crate::contact::point::Status;
@@ -20,7 +20,7 @@ use crate::dynamics::{
 };
 use crate::error::{Error, Result, agree};
 use crate::petsc::{Matrix, Vector, sum_over_ranks};
-use crate::space::Fields;
+use crate::space::PrescribedFields;
 use crate::terms::Terms;
 
 impl<const D: usize> Equations for ContactSystem<D> {
@@ -29,7 +29,7 @@ impl<const D: usize> Equations for ContactSystem<D> {
         let filled = {
             let (mut u, mut v, mut a) =
                 (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
-            let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
+            let fields = PrescribedFields { u: &mut u, v: &mut v, a: &mut a };
             // Prescribed motion is evaluated only at the end of a step. Its midpoint value is the
             // mean; otherwise work would be lost.
             let time = if stage.over_step == OverStep::Middle {
@@ -52,13 +52,13 @@ impl<const D: usize> Equations for ContactSystem<D> {
     }
 
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
-        self.assemble(stage, terms, Target::Own, lift)?;
+        self.assemble(stage, terms, MatrixTarget::Own, lift)?;
         self.matrix_source = Some(self.source_at(stage, terms));
         Ok(())
     }
 
     fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()> {
-        self.assemble(stage, terms, Target::Other(matrix), None)
+        self.assemble(stage, terms, MatrixTarget::Other(matrix), None)
     }
 
     fn matrix(&self) -> &Matrix {
@@ -223,7 +223,7 @@ impl<const D: usize> FloatingBodies for ContactSystem<D> {
 
 impl<const D: usize> MultigridHints for ContactSystem<D> {
     fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()> {
-        self.assemble(stage, Terms::BODIES, Target::Joined(matrix), None)
+        self.assemble(stage, Terms::BODIES, MatrixTarget::Joined(matrix), None)
     }
 
     fn contact_nodes(&mut self) -> Vec<bool> {

@@ -9,7 +9,7 @@ use crate::terms::Terms;
 
 /// Displacements at which solids are evaluated, local nodes \[m\].
 #[derive(Debug, Clone, Copy)]
-pub struct At<'a> {
+pub struct SolidFields<'a> {
     /// The trial state.
     pub u: &'a [f64],
     /// The state at the start of the step, if forces conserve over a step and the trial state is
@@ -17,7 +17,7 @@ pub struct At<'a> {
     pub start: Option<&'a [f64]>,
 }
 
-impl<'a> At<'a> {
+impl<'a> SolidFields<'a> {
     /// Uses the trial state `u` of `stage`, whose start is `start`.
     pub fn of(stage: &Stage, u: &'a [f64], start: &'a [f64]) -> Self {
         Self { u, start: (stage.over_step == OverStep::Middle).then_some(start) }
@@ -29,7 +29,7 @@ impl<const D: usize> SolidElements<D> {
     ///
     /// # Errors
     /// The first inverted element.
-    pub fn add_force(&self, at: &At, force: &mut [f64]) -> std::result::Result<(), Inverted> {
+    pub fn add_force(&self, at: &SolidFields, force: &mut [f64]) -> std::result::Result<(), Inverted> {
         self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force })
     }
 
@@ -39,7 +39,7 @@ impl<const D: usize> SolidElements<D> {
     /// The first inverted element.
     pub(super) fn evaluate(
         &self,
-        at: &At,
+        at: &SolidFields,
         request: Request,
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted> {
@@ -55,7 +55,7 @@ impl<const D: usize> SolidElements<D> {
     /// The first inverted element.
     pub fn add_stiffness(
         &self,
-        at: &At,
+        at: &SolidFields,
         terms: Terms,
         constrained: &[bool],
         values: &mut BlockValues,

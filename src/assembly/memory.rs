@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::Bodies;
 use super::contact::LocalContact;
-use super::stages::Target;
+use super::stages::MatrixTarget;
 use super::system::ContactSystem;
 use crate::checkpoint::StoredTable;
 use crate::contact::friction::Regularization;
@@ -312,7 +312,7 @@ impl<const D: usize> ContactSystem<D> {
         }
         // The assembly reads what the evaluation of the forces brings and finds.
         self.sweep(&stage, Branches::Actual);
-        self.assemble(&stage, source.terms, Target::Own, None)?;
+        self.assemble(&stage, source.terms, MatrixTarget::Own, None)?;
         self.matrix_source = Some(Rc::clone(source));
         Ok(stage)
     }

@@ -13,7 +13,7 @@ use crate::petsc::{Matrix, Vector};
 use crate::tensor::Vector as Point;
 
 /// The matrix into which terms are assembled.
-pub enum Target<'a> {
+pub enum MatrixTarget<'a> {
     /// The system's own matrix.
     Own,
     /// Another matrix with the same pattern.
@@ -50,7 +50,7 @@ pub fn force_change<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[LocalContact<D>],
 ) -> ForceChange {
-    let mut own = state::ForceChange::default();
+    let mut own = state::SquaredForceChange::default();
     contacts.iter().for_each(|contact| own += contact.force_change());
     let mut total = [0.0f64; 2];
     world.all_reduce_into(&[own.friction, own.normal], &mut total, SystemOperation::sum());

@@ -3,7 +3,7 @@
 use crate::case::PlacedFunction;
 use crate::error::{Error, Result};
 use crate::model::Support;
-use crate::space::{DofMap, Fields, PrescribedMotion};
+use crate::space::{DofMap, PrescribedFields, PrescribedMotion};
 
 /// The displacement boundaries of a rank.
 pub struct Supports<const D: usize> {
@@ -22,7 +22,7 @@ impl<const D: usize> Supports<D> {
     ///
     /// # Errors
     /// If a prescribed value is not finite, or too large for computations.
-    pub fn fill(&self, points: &[[f64; D]], time: f64, factor: f64, fields: Fields) -> Result<()> {
+    pub fn fill(&self, points: &[[f64; D]], time: f64, factor: f64, fields: PrescribedFields) -> Result<()> {
         let motion = |boundary: usize, component: usize, point: &[f64; D]| {
             let Some(function) = &self.motions[boundary][component] else {
                 return Err(Error::internal("a support has no function"));

@@ -2,10 +2,10 @@
 
 use super::contact::LocalContact;
 use super::external::External;
-use super::forces::At;
+use super::forces::SolidFields;
 use super::interface::Opening;
 use super::scatter::LiftTarget;
-use super::stages::{Target, hold};
+use super::stages::{MatrixTarget, hold};
 use super::system::ContactSystem;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::TermSelection;
@@ -21,7 +21,7 @@ impl<const D: usize> ContactSystem<D> {
         &mut self,
         stage: &Stage,
         terms: Terms,
-        target: Target,
+        target: MatrixTarget,
         mut lift: Option<Lift>,
     ) -> Result<()> {
         let damping = self.bodies.damping.as_ref();
@@ -60,9 +60,9 @@ impl<const D: usize> ContactSystem<D> {
             && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
         let (matrix, joined) = match target {
-            Target::Own => (&mut self.matrix, false),
-            Target::Other(matrix) => (matrix, false),
-            Target::Joined(matrix) => (matrix, true),
+            MatrixTarget::Own => (&mut self.matrix, false),
+            MatrixTarget::Other(matrix) => (matrix, false),
+            MatrixTarget::Joined(matrix) => (matrix, true),
         };
         let inverted = matrix.fill(|values| {
             let tangent = phases.tangent.begin();
@@ -87,7 +87,7 @@ impl<const D: usize> ContactSystem<D> {
             let mut bodies = |values: &mut BlockValues, mut lift: Option<LiftTarget>| {
                 let _running = phases.tangent.begin();
                 for solid in solids {
-                    let at = At::of(stage, &u, &u_start);
+                    let at = SolidFields::of(stage, &u, &u_start);
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
                     let done = solid.add_stiffness(&at, terms, constrained, values, lift);
                     inverted = inverted.and(done);

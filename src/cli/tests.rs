@@ -74,8 +74,8 @@ fn options_reach_the_run() {
         assert_eq!(run.output, Some("out".into()));
         assert_eq!(run.petsc, ["-ksp_monitor", "-pc_type", "lu", "-v", "--help"]);
     }
-    let levels = [("", Verbosity::Normal), ("-q", Verbosity::Quiet), ("-v", Verbosity::Newton)];
-    for (flag, level) in levels.into_iter().chain([("-vv", Verbosity::Linear), ("-vvv", Verbosity::Linear)]) {
+    let levels = [("", Detail::Normal), ("-q", Detail::Quiet), ("-v", Detail::Newton)];
+    for (flag, level) in levels.into_iter().chain([("-vv", Detail::Linear), ("-vvv", Detail::Linear)]) {
         assert_eq!(run(&format!("case.yml {flag}")).verbosity(), level);
     }
 }
@@ -113,7 +113,7 @@ fn commands_are_read() {
         other => panic!("{other:?}"),
     };
     assert!(study.rerun_failed && !study.dry_run && study.petsc == ["-ksp_monitor"]);
-    assert_eq!((study.verbosity(), study.output), (Verbosity::Newton, Some("a".into())));
+    assert_eq!((study.verbosity(), study.output), (Detail::Newton, Some("a".into())));
     assert_eq!(read("schema --study").unwrap(), Command::Schema { study: true, markdown: false });
     assert_eq!(read("schema --markdown").unwrap(), Command::Schema { study: false, markdown: true });
     let chart = match read("chart a.csv --x m --y s --by k --where v=a,b --where c=0 --log x -o a.svg") {

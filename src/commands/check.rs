@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::case::Case;
 use crate::error::{Result, agree};
 use crate::petsc::Session;
-use crate::simulation::{self, give_options, shared_text};
+use crate::simulation::{self, set_options, shared_text};
 use crate::study::Study;
 
 /// The completed case with derived quantities, as YAML whose comments hold the derived numbers. For
@@ -22,7 +22,7 @@ pub fn check(path: &Path, petsc: &[String]) -> Result<String> {
         return super::study::listing(&session, path);
     }
     let case = agree(session.world(), Case::parse(&text, &path.display().to_string()))?;
-    give_options(&session, &case)?;
+    set_options(&session, &case)?;
     let derived = match case.dimension.value {
         2 => simulation::check::<2>(&session, &case)?,
         _ => simulation::check::<3>(&session, &case)?,

@@ -10,7 +10,7 @@ use crate::error::{Result, agree};
 use crate::output::console::{Verbosity, require_printed};
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
-use crate::simulation::{self, Begin, RunRequest, give_options, shared_text};
+use crate::simulation::{self, Begin, RunRequest, set_options, shared_text};
 
 /// Runs a case. Collective.
 ///
@@ -19,13 +19,13 @@ use crate::simulation::{self, Begin, RunRequest, give_options, shared_text};
 pub fn run(arguments: &RunArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
     let computed = compute(&session, arguments).and_then(|()| agree(session.world(), require_printed()));
-    computed.map_err(|error| session.tell(&error))
+    computed.map_err(|error| session.report(&error))
 }
 
 fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
     let case = read(session, &arguments.case)?;
-    give_options(session, &case)?;
-    if arguments.verbosity() == cli::Verbosity::Linear {
+    set_options(session, &case)?;
+    if arguments.verbosity() == cli::Detail::Linear {
         monitor_linear_solvers(session)?;
     }
     let folder = arguments.output.clone().map_or_else(|| default_folder(&arguments.case), Ok)?;
@@ -76,8 +76,8 @@ fn begin(arguments: &RunArguments) -> Begin {
 
 fn verbosity(arguments: &RunArguments) -> Verbosity {
     match arguments.verbosity() {
-        cli::Verbosity::Quiet => Verbosity::Warnings,
-        cli::Verbosity::Normal => Verbosity::Normal,
-        cli::Verbosity::Newton | cli::Verbosity::Linear => Verbosity::Verbose,
+        cli::Detail::Quiet => Verbosity::Warnings,
+        cli::Detail::Normal => Verbosity::Normal,
+        cli::Detail::Newton | cli::Detail::Linear => Verbosity::Verbose,
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use crate::case::Case;
-use crate::cli::{StudyArguments, Verbosity as Wanted};
+use crate::cli::{Detail, StudyArguments};
 use crate::error::{Result, agree};
 use crate::output::console::{Verbosity, require_printed};
 use crate::petsc::Session;
@@ -19,7 +19,7 @@ use crate::study::{self, Planned, StudyOptions};
 pub fn study(arguments: &StudyArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
     let computed = compute(&session, arguments).and_then(|()| agree(session.world(), require_printed()));
-    computed.map_err(|error| session.tell(&error))
+    computed.map_err(|error| session.report(&error))
 }
 
 fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
@@ -33,9 +33,9 @@ fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
         folder,
         rerun_failed: arguments.rerun_failed,
         members: match arguments.verbosity() {
-            Wanted::Quiet | Wanted::Normal => Verbosity::Silent,
-            Wanted::Newton => Verbosity::Normal,
-            Wanted::Linear => Verbosity::Verbose,
+            Detail::Quiet | Detail::Normal => Verbosity::Silent,
+            Detail::Newton => Verbosity::Normal,
+            Detail::Linear => Verbosity::Verbose,
         },
         is_quiet: arguments.quiet,
     };

@@ -1,12 +1,12 @@
 //! The augmented normal law. Uzawa's method finds its multipliers, or they carry tractions over an
 //! increase of the penalty.
 
-use super::multipliers::Augmentation;
+use super::multipliers::MultiplierSource;
 use super::state::ContactState;
 
 impl<const D: usize> ContactState<D> {
     /// Augments the normal law with multipliers from this source.
-    pub fn augment(&mut self, way: Augmentation) {
+    pub fn augment(&mut self, way: MultiplierSource) {
         self.multipliers.offsets = vec![0.0; self.current.len()];
         self.multipliers.gaps = vec![f64::INFINITY; self.current.len()];
         self.multipliers.way = way;
@@ -19,7 +19,7 @@ impl<const D: usize> ContactState<D> {
 
     /// Whether Uzawa's method determines the multipliers.
     pub fn seeks_multipliers(&self) -> bool {
-        !self.multipliers.offsets.is_empty() && self.multipliers.way == Augmentation::Sought
+        !self.multipliers.offsets.is_empty() && self.multipliers.way == MultiplierSource::Sought
     }
 
     /// Restores the multipliers of the last accepted step. `penetration` is the inverse of the
@@ -41,7 +41,7 @@ impl<const D: usize> ContactState<D> {
     /// Restores carried multipliers from the history of the points. `stiffness` is that of the
     /// penalty \[Pa/m\].
     pub fn resume_multipliers(&mut self, stiffness: f64) {
-        if self.multipliers.way == Augmentation::Carried {
+        if self.multipliers.way == MultiplierSource::Carried {
             for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
                 *offset = history.multiplier / stiffness;
             }
@@ -75,8 +75,8 @@ impl<const D: usize> ContactState<D> {
         let points = self.multipliers.offsets.iter_mut().zip(&self.current).zip(&mut self.history);
         for ((offset, point), history) in points {
             history.multiplier = match self.multipliers.way {
-                Augmentation::Sought => point.normal_traction,
-                Augmentation::Carried => {
+                MultiplierSource::Sought => point.normal_traction,
+                MultiplierSource::Carried => {
                     let multiplier = if point.gap > 0.0 { 0.0 } else { *offset * stiffness };
                     // Bitwise equal to the value in a resumed run.
                     *offset = multiplier / stiffness;
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn sought_multipliers_are_warm() {
         let mut state = ContactState::<2>::new(1);
-        state.augment(Augmentation::Sought);
+        state.augment(MultiplierSource::Sought);
         state.current[0] = PointState { normal_traction: 3.0, ..closed(-0.3) };
         state.take_multipliers(|pressure| 0.1 * pressure);
         assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn stiffening_leaves_tractions() {
         let mut state = ContactState::<2>::new(2);
-        state.augment(Augmentation::Carried);
+        state.augment(MultiplierSource::Carried);
         state.current[0] = closed(-0.4);
         state.remember_multipliers(10.0);
         state.stiffen(4.0);

@@ -2,7 +2,7 @@
 
 /// Source of the multipliers of an augmented normal law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Augmentation {
+pub enum MultiplierSource {
     /// Uzawa's method determines the multipliers for which the gap is zero. They push and are not
     /// negative.
     #[default]
@@ -22,5 +22,5 @@ pub(super) struct Multipliers {
     /// Gaps at the end of the last accepted step \[m\]; empty if the law is not augmented.
     pub gaps: Vec<f64>,
     /// Source of the multipliers.
-    pub way: Augmentation,
+    pub way: MultiplierSource,
 }

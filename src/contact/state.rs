@@ -62,14 +62,14 @@ pub enum Hold {
 
 /// Sums of squares of the point forces `A t` \[N^2\]. Sum them over contacts and ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ForceChange {
+pub struct SquaredForceChange {
     /// Change of the friction force since it was frozen.
     pub friction: f64,
     /// Normal force.
     pub normal: f64,
 }
 
-impl AddAssign for ForceChange {
+impl AddAssign for SquaredForceChange {
     fn add_assign(&mut self, other: Self) {
         self.friction += other.friction;
         self.normal += other.normal;
@@ -243,8 +243,8 @@ impl<const D: usize> ContactState<D> {
     }
 
     /// Difference between the forces of the points and the frozen ones.
-    pub fn force_change(&self) -> ForceChange {
-        let mut sum = ForceChange::default();
+    pub fn force_change(&self) -> SquaredForceChange {
+        let mut sum = SquaredForceChange::default();
         for (p, point) in self.current.iter().enumerate() {
             let held = self.held.get(p).copied().unwrap_or_default();
             let change = point.friction_traction - held.friction_traction;
@@ -427,7 +427,7 @@ mod tests {
     #[test]
     fn what_an_evaluation_reads_comes_back() {
         let mut state = ContactState::<2>::new(2);
-        state.augment(crate::contact::multipliers::Augmentation::Carried);
+        state.augment(crate::contact::multipliers::MultiplierSource::Carried);
         state.current = vec![slipping(1.0), PointState { bound: 2.0, normal_traction: 3.0, ..slipping(0.5) }];
         state.accept(1e-3);
         state.freeze(Keep::LastStep);
@@ -438,7 +438,7 @@ mod tests {
         state.iterate();
         state.multipliers.offsets[1] = 0.25;
         let mut other = ContactState::<2>::new(2);
-        other.augment(crate::contact::multipliers::Augmentation::Carried);
+        other.augment(crate::contact::multipliers::MultiplierSource::Carried);
         let stored = state.evaluated_from();
         assert_eq!(ContactState::<2>::EVALUATION_COLUMNS, ContactState::<2>::evaluation_names().len());
         assert_eq!(stored.len(), 2 * ContactState::<2>::EVALUATION_COLUMNS);
@@ -459,7 +459,7 @@ mod tests {
         let mut state = ContactState::<2>::new(1);
         state.current[0] = PointState { normal_traction: 3.0, bound: 2.0, area: 0.5, ..slipping(1.0) };
         state.freeze(Keep::Pressure);
-        assert_eq!(state.force_change(), ForceChange { friction: 0.25, normal: 2.25 });
+        assert_eq!(state.force_change(), SquaredForceChange { friction: 0.25, normal: 2.25 });
         state.freeze(Keep::Friction);
         assert_eq!(state.force_change().friction, 0.0);
         state.current[0] = open();

@@ -24,7 +24,7 @@ use crate::observe::fields::Field;
 
 use super::anchor::Anchor;
 use super::io_error::unwritable;
-use super::pvd::{Entry, PvdSeries};
+use super::pvd::{PvdEntry, PvdSeries};
 use super::pvtu::{self, Schema};
 use super::selection::{BODY, CONTACT, FieldSelection};
 use super::vtu;
@@ -177,9 +177,9 @@ impl<const D: usize> FieldWriter<D> {
             let sources: Vec<String> = (0..self.ranks.size).map(|rank| grid.piece(rank)).collect();
             pvtu::write(&self.folder.join(&file), schema, &sources)?;
             if *grid == Grid::Contact {
-                self.contact.add([Entry { time, part: 0, file: file.clone() }])?;
+                self.contact.add([PvdEntry { time, part: 0, file: file.clone() }])?;
             }
-            entries.push(Entry { time, part: *grid as u32, file });
+            entries.push(PvdEntry { time, part: *grid as u32, file });
         }
         self.all.add(entries)
     }

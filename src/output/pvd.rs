@@ -12,7 +12,7 @@ use super::xml::{escaped, tags};
 
 /// One grid at one time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub struct PvdEntry {
     /// Time \[s\].
     pub time: f64,
     /// Index of the grid among those of that time.
@@ -25,7 +25,7 @@ pub struct Entry {
 #[derive(Debug)]
 pub struct PvdSeries {
     path: PathBuf,
-    entries: Vec<Entry>,
+    entries: Vec<PvdEntry>,
 }
 
 impl PvdSeries {
@@ -81,7 +81,7 @@ impl PvdSeries {
     ///
     /// # Errors
     /// The disk can not be written.
-    pub fn add(&mut self, entries: impl IntoIterator<Item = Entry>) -> Result<()> {
+    pub fn add(&mut self, entries: impl IntoIterator<Item = PvdEntry>) -> Result<()> {
         self.entries.extend(entries);
         self.write()
     }
@@ -90,7 +90,7 @@ impl PvdSeries {
         let mut text = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n",
         );
-        for Entry { time, part, file } in &self.entries {
+        for PvdEntry { time, part, file } in &self.entries {
             let file = escaped(file);
             text.push_str(&format!("<DataSet timestep=\"{time:?}\" part=\"{part}\" file=\"{file}\"/>\n"));
         }
@@ -109,7 +109,7 @@ fn is_whole(index: &Path) -> bool {
 ///
 /// # Errors
 /// The file is missing, truncated, or not a series.
-pub fn read(path: &Path) -> Result<Vec<Entry>> {
+pub fn read(path: &Path) -> Result<Vec<PvdEntry>> {
     let bytes = files::read(path, files::LONGEST_TABLE).map_err(|e| trouble(path, "read", &e))?;
     let place = path.display().to_string();
     let tags = tags(&bytes, "/VTKFile").map_err(|e| e.within(&place))?;
@@ -117,7 +117,7 @@ pub fn read(path: &Path) -> Result<Vec<Entry>> {
         return Err(Error::file(format!("{place}: not a time series")));
     }
     let entries = tags.iter().filter(|tag| tag.name == "DataSet").map(|tag| {
-        Ok(Entry {
+        Ok(PvdEntry {
             time: tag.number("timestep")?,
             part: tag.number("part")?,
             file: tag.get("file")?.to_string(),
@@ -131,8 +131,8 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    fn entry(time: f64, part: u32) -> Entry {
-        Entry { time, part, file: format!("fields/{time}/{part}.pvtu") }
+    fn entry(time: f64, part: u32) -> PvdEntry {
+        PvdEntry { time, part, file: format!("fields/{time}/{part}.pvtu") }
     }
 
     /// After each step the file holds all steps so far, with times exact to the last bit. A restart

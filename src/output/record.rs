@@ -87,7 +87,7 @@ impl PenetrationRecord {
 /// Bodies that supports alone do not hold, and how they were held in the static equilibrium of the
 /// start or in steps of statics.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Holding {
+pub struct HoldingRecord {
     /// The first step in which they were held; 0 is the start.
     pub step: u64,
     /// The bodies, with the motions that supports leave free.
@@ -169,7 +169,7 @@ pub struct Totals {
 
 /// Size and work of each rank, one entry per rank.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Balance {
+pub struct RankBalance {
     /// Elements that belong to it.
     pub elements: Vec<u64>,
     /// Nodes that it owns.
@@ -221,11 +221,11 @@ pub struct Record {
     /// Largest resident memory of each rank \[bytes\].
     pub peak_memory: Vec<u64>,
     /// Size and work of each rank.
-    pub balance: Balance,
+    pub balance: RankBalance,
     /// Largest penetrations and forces of the contacts so far.
     pub penetrations: Vec<PenetrationRecord>,
     /// How bodies were held that supports do not hold.
-    pub held: Option<Holding>,
+    pub held: Option<HoldingRecord>,
     /// Requested and achieved accuracy, if the case requests an accuracy.
     pub accuracy: Option<AccuracyRecord>,
     /// Warnings and remarks printed for the user, one sentence each.
@@ -391,7 +391,7 @@ mod tests {
             ],
             start_phases: vec![("search".into(), PhaseTime { seconds: 0.1, count: 4 })],
             peak_memory: vec![1 << 27, 1 << 26],
-            balance: Balance::default(),
+            balance: RankBalance::default(),
             penetrations: vec![],
             held: None,
             accuracy: None,

@@ -13,7 +13,7 @@ use super::xml::{Tag, tags};
 
 /// An array as it was read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct VtuField {
     /// Values per entity.
     pub components: usize,
     /// The numbers, entity by entity.
@@ -32,9 +32,9 @@ pub struct ReadPiece {
     /// VTK cell type of each cell.
     pub types: Vec<u8>,
     /// Arrays on points by name.
-    pub point_data: BTreeMap<String, Field>,
+    pub point_data: BTreeMap<String, VtuField>,
     /// Arrays on cells by name.
-    pub cell_data: BTreeMap<String, Field>,
+    pub cell_data: BTreeMap<String, VtuField>,
 }
 
 impl ReadPiece {
@@ -107,7 +107,7 @@ fn only<'a>(tags: &'a [Tag], name: &str) -> Result<&'a Tag> {
     }
 }
 
-type Sections = BTreeMap<String, BTreeMap<String, Field>>;
+type Sections = BTreeMap<String, BTreeMap<String, VtuField>>;
 
 fn read_sections(tags: &[Tag], raw: &[u8]) -> Result<Sections> {
     let mut sections = Sections::new();
@@ -126,7 +126,7 @@ fn read_sections(tags: &[Tag], raw: &[u8]) -> Result<Sections> {
     Ok(sections)
 }
 
-fn read_field(tag: &Tag, raw: &[u8]) -> Result<Field> {
+fn read_field(tag: &Tag, raw: &[u8]) -> Result<VtuField> {
     let cut = || Error::file("truncated");
     let offset: usize = tag.number("offset")?;
     let components =
@@ -140,7 +140,7 @@ fn read_field(tag: &Tag, raw: &[u8]) -> Result<Field> {
         "UInt8" => VtuValues::UInt8(data.to_vec()),
         other => return Err(Error::file(format!("unknown type {other}"))),
     };
-    Ok(Field { components, values })
+    Ok(VtuField { components, values })
 }
 
 fn decode<T, const N: usize>(data: &[u8], number: fn([u8; N]) -> T) -> Result<Vec<T>> {
@@ -151,21 +151,21 @@ fn decode<T, const N: usize>(data: &[u8], number: fn([u8; N]) -> T) -> Result<Ve
     Ok(chunks.iter().map(|&chunk| number(chunk)).collect())
 }
 
-fn floats(field: Option<Field>, name: &str) -> Result<Vec<f64>> {
+fn floats(field: Option<VtuField>, name: &str) -> Result<Vec<f64>> {
     match field.map(|field| field.values) {
         Some(VtuValues::Float64(values)) => Ok(values),
         _ => Err(Error::file(format!("no Float64 array `{name}`"))),
     }
 }
 
-fn numbers(field: Option<Field>, name: &str) -> Result<Vec<i32>> {
+fn numbers(field: Option<VtuField>, name: &str) -> Result<Vec<i32>> {
     match field.map(|field| field.values) {
         Some(VtuValues::Int32(values)) => Ok(values),
         _ => Err(Error::file(format!("no Int32 array `{name}`"))),
     }
 }
 
-fn codes(field: Option<Field>, name: &str) -> Result<Vec<u8>> {
+fn codes(field: Option<VtuField>, name: &str) -> Result<Vec<u8>> {
     match field.map(|field| field.values) {
         Some(VtuValues::UInt8(values)) => Ok(values),
         _ => Err(Error::file(format!("no UInt8 array `{name}`"))),
@@ -183,7 +183,7 @@ fn check_grid(grid: &ReadPiece, points: usize, cells: usize) -> Result<()> {
     if !is_sound {
         return Err(Error::file("cells, offsets and points do not fit each other"));
     }
-    let on = |data: &BTreeMap<String, Field>, count: usize| {
+    let on = |data: &BTreeMap<String, VtuField>, count: usize| {
         data.iter()
             .find(|(_, field)| count.checked_mul(field.components) != Some(field.values.len()))
             .map(|(name, _)| name.clone())

@@ -3,7 +3,7 @@
 use super::call::{check, petsc, take_detail};
 use super::operator::Operator;
 use super::options::{insert, remove, text};
-use super::outcome::{InitialGuess, Outcome, Reason, Reuse};
+use super::outcome::{InitialGuess, LinearOutcome, Reason, Reuse};
 use super::session::Session;
 use super::shell::ShellPreconditioner;
 use super::vector::Vector;
@@ -120,14 +120,18 @@ impl Krylov {
     ///
     /// # Errors
     /// PETSc fails for a reason other than lack of convergence.
-    pub fn solve(&mut self, b: &Vector, x: &mut Vector) -> Result<Outcome> {
+    pub fn solve(&mut self, b: &Vector, x: &mut Vector) -> Result<LinearOutcome> {
         // SAFETY: all three handles are alive.
         let code = self.with_defaults(|| Ok(unsafe { sys::KSPSolve(self.raw, b.raw(), x.raw()) }))?;
         // Some factorizations report a zero pivot by an error code, which is treated as a failed
         // solve.
         if [sys::ERROR_ZERO_PIVOT_LU, sys::ERROR_ZERO_PIVOT_CHOLESKY].contains(&code) {
             let _ = take_detail();
-            return Ok(Outcome { iterations: 0, reason: Reason::PreconditionerFailed, residual: f64::NAN });
+            return Ok(LinearOutcome {
+                iterations: 0,
+                reason: Reason::PreconditionerFailed,
+                residual: f64::NAN,
+            });
         }
         check("KSPSolve", code)?;
         let mut iterations = 0;
@@ -136,7 +140,7 @@ impl Krylov {
         petsc!(KSPGetIterationNumber(self.raw, &mut iterations))?;
         petsc!(KSPGetResidualNorm(self.raw, &mut residual))?;
         petsc!(KSPGetConvergedReason(self.raw, &mut reason))?;
-        Ok(Outcome { iterations: iterations as usize, reason: Reason::new(reason), residual })
+        Ok(LinearOutcome { iterations: iterations as usize, reason: Reason::new(reason), residual })
     }
 
     /// Sets whether the preconditioner is kept when the matrix changes.

@@ -3,7 +3,7 @@
 //! A [`Session`] starts MPI and PETSc; every [`Vector`], [`Matrix`] and [`Krylov`] keeps it alive.
 //! Functions that all ranks must call together are marked `Collective.` A failed call of PETSc is
 //! an [`Error`](crate::error::Error) with PETSc's own text. A linear solve that does not converge
-//! is an [`Outcome`], not an error.
+//! is an [`LinearOutcome`], not an error.
 
 mod call;
 mod census;
@@ -36,7 +36,7 @@ pub use limits::outlive_file_limits;
 pub use matrix::{Matrix, Symmetry};
 pub use operator::{Kronecker, Operator, SharedOperator, residual_norm};
 pub use options::validate as validate_options;
-pub use outcome::{InitialGuess, Outcome, Reason, Reuse};
+pub use outcome::{InitialGuess, LinearOutcome, Reason, Reuse};
 pub use pattern::BlockPattern;
 pub use reduce::{max_over_ranks, sum_over_ranks};
 pub use scatter::{BlockReader, BlockValues, NO_SLOT};

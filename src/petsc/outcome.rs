@@ -80,7 +80,7 @@ impl fmt::Display for Reason {
 
 /// Result of a linear solve, the same on every rank.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
+pub struct LinearOutcome {
     /// Krylov iterations.
     pub iterations: usize,
     /// Reason for the end.
@@ -90,7 +90,7 @@ pub struct Outcome {
     pub residual: f64,
 }
 
-impl Outcome {
+impl LinearOutcome {
     /// Whether the solution is usable.
     pub fn converged(&self) -> bool {
         self.reason.converged()

@@ -212,7 +212,7 @@ impl Session {
     /// others when the first one fails. Returns the error without its message. Collective among
     /// ranks that failed.
     #[must_use]
-    pub fn tell(&self, error: &Error) -> Error {
+    pub fn report(&self, error: &Error) -> Error {
         if self.rank() == 0 {
             say(error);
         }

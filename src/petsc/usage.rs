@@ -56,9 +56,9 @@ static BEGAN_IGNORING_HANGUP: AtomicBool = AtomicBool::new(false);
 /// loaded (UCX, below Open MPI).
 #[used]
 #[unsafe(link_section = ".preinit_array")]
-static LOOK: extern "C" fn() = look;
+static NOTE_HANGUP_ACTION: extern "C" fn() = note_hangup_action;
 
-extern "C" fn look() {
+extern "C" fn note_hangup_action() {
     // SAFETY: queries the action of a signal and changes nothing; a zeroed one is a valid place for
     // the result.
     let action = unsafe {

@@ -16,7 +16,7 @@ const FONT: f64 = 1.24;
 
 /// Alignment of a text relative to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
+pub enum TextAnchor {
     /// Left-aligned at the position.
     Start,
     /// Centred at the position.
@@ -89,13 +89,13 @@ impl Canvas<'_> {
     ///
     /// # Errors
     /// The drawing library fails.
-    pub fn text(&self, text: &str, at: [f64; 2], size: f64, anchor: Anchor) -> Result<()> {
+    pub fn text(&self, text: &str, at: [f64; 2], size: f64, anchor: TextAnchor) -> Result<()> {
         let font = ("sans-serif", size * FONT * FINE).into_font();
         let (font, across) = match anchor {
-            Anchor::Start => (font, HPos::Left),
-            Anchor::Middle => (font, HPos::Center),
-            Anchor::End => (font, HPos::Right),
-            Anchor::Upward => (font.transform(FontTransform::Rotate270), HPos::Center),
+            TextAnchor::Start => (font, HPos::Left),
+            TextAnchor::Middle => (font, HPos::Center),
+            TextAnchor::End => (font, HPos::Right),
+            TextAnchor::Upward => (font.transform(FontTransform::Rotate270), HPos::Center),
         };
         let style = font.color(&INK).pos(Pos::new(across, VPos::Center));
         let text: String = text.chars().map(legal).collect();
@@ -189,7 +189,7 @@ mod tests {
         let svg = sheet([100.0, 50.0], |canvas| {
             let gap = [f64::NAN, 1.0];
             canvas.line(&[[0.0, 0.0], [5.0, 5.0], gap, [10.0, 1.0], [20.0, 1.0]], stroke)?;
-            canvas.text("a < b", [1.0, 1.0], 10.0, Anchor::Start)
+            canvas.text("a < b", [1.0, 1.0], 10.0, TextAnchor::Start)
         });
         let svg = svg.unwrap();
         assert!(svg.contains("width=\"100\" height=\"50\" viewBox=\"0 0 800 400\""), "{svg}");

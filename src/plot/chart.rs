@@ -4,7 +4,7 @@
 use crate::error::Result;
 
 use super::axis::{Axis, AxisEnds, AxisQuantity};
-use super::canvas::{Anchor, Canvas, sheet};
+use super::canvas::{Canvas, TextAnchor, sheet};
 use super::style::{GREY, INK, LABEL, NUMBER, Stroke, TITLE, fitted, text_width};
 
 /// A line of a panel, in SI units.
@@ -101,7 +101,7 @@ impl Panel {
         let x = Axis::covering(&self.x, self.all(0), ends, (frame[2] - frame[0]) / 70.0);
         let y = self.upward(bottom - top);
         draw_axes(canvas, frame, &x, &y)?;
-        canvas.text(&y.label, [left + 16.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
+        canvas.text(&y.label, [left + 16.0, (frame[1] + frame[3]) / 2.0], LABEL, TextAnchor::Upward)?;
         for curve in &self.curves {
             let points: Vec<_> = curve.points.iter().map(|&point| place_in(frame, [&x, &y], point)).collect();
             if curve.stroke.width > 0.0 {
@@ -111,7 +111,7 @@ impl Panel {
         }
         for (point, text) in &self.labels {
             let [across, up] = place_in(frame, [&x, &y], *point);
-            canvas.text(text, [across + 6.0, up - 8.0], NUMBER, Anchor::Start)?;
+            canvas.text(text, [across + 6.0, up - 8.0], NUMBER, TextAnchor::Start)?;
         }
         Ok(())
     }
@@ -140,17 +140,17 @@ pub(super) fn draw_axes(canvas: &Canvas, frame: Frame, x: &Axis, y: &Axis) -> Re
     for (at, text) in &x.ticks {
         let across = place_in(frame, [x, y], [*at, y.range[0]])[0];
         canvas.line(&[[across, top], [across, bottom + 4.0]], Stroke::thin(GREY))?;
-        canvas.text(text, [across, bottom + 14.0], NUMBER, Anchor::Middle)?;
+        canvas.text(text, [across, bottom + 14.0], NUMBER, TextAnchor::Middle)?;
     }
     for (at, text) in &y.ticks {
         let up = place_in(frame, [x, y], [x.range[0], *at])[1];
         let stroke = Stroke::thin(if *at == 0.0 { INK } else { GREY });
         canvas.line(&[[left - 4.0, up], [right, up]], stroke)?;
-        canvas.text(text, [left - 8.0, up], NUMBER, Anchor::End)?;
+        canvas.text(text, [left - 8.0, up], NUMBER, TextAnchor::End)?;
     }
     let corners = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];
     canvas.line(&corners, Stroke::thin(INK))?;
-    canvas.text(&x.label, [(left + right) / 2.0, bottom + 34.0], LABEL, Anchor::Middle)
+    canvas.text(&x.label, [(left + right) / 2.0, bottom + 34.0], LABEL, TextAnchor::Middle)
 }
 
 /// Height of title and legend together.
@@ -160,7 +160,7 @@ pub(super) fn head_height(legend: &[(String, Stroke)]) -> f64 {
 
 /// Draws title and legend at the top of the sheet.
 pub(super) fn draw_head(canvas: &Canvas, title: &str, legend: &[(String, Stroke)], width: f64) -> Result<()> {
-    canvas.text(&fitted(title, TITLE, width - 32.0), [16.0, 22.0], TITLE, Anchor::Start)?;
+    canvas.text(&fitted(title, TITLE, width - 32.0), [16.0, 22.0], TITLE, TextAnchor::Start)?;
     for ((text, stroke), [left, top]) in legend.iter().zip(legend_places(legend, width)) {
         let middle = 38.0 + top + LEGEND_ROW / 2.0;
         if stroke.width > 0.0 {
@@ -168,7 +168,7 @@ pub(super) fn draw_head(canvas: &Canvas, title: &str, legend: &[(String, Stroke)
         }
         draw_mark(canvas, [left + SAMPLE / 2.0, middle], *stroke)?;
         let text = fitted(text, LABEL, width - 48.0 - SAMPLE);
-        canvas.text(&text, [left + SAMPLE + 6.0, middle], LABEL, Anchor::Start)?;
+        canvas.text(&text, [left + SAMPLE + 6.0, middle], LABEL, TextAnchor::Start)?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 use crate::error::Result;
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas};
+use super::canvas::{Canvas, TextAnchor};
 use super::chart::Frame;
 use super::style::{INK, LABEL, NUMBER, Stroke, text_width};
 
@@ -69,10 +69,10 @@ pub fn draw_bar(canvas: &Canvas, frame: Frame, axis: &Axis) -> Result<()> {
     for (at, text) in &axis.ticks {
         let y = height(axis.share(*at));
         canvas.line(&[[right, y], [right + 4.0, y]], Stroke::thin(INK))?;
-        canvas.text(text, [right + 7.0, y], NUMBER, Anchor::Start)?;
+        canvas.text(text, [right + 7.0, y], NUMBER, TextAnchor::Start)?;
     }
     let across = left + bar_width(axis) - 12.0;
-    canvas.text(&axis.label, [across, (top + bottom) / 2.0], LABEL, Anchor::Upward)
+    canvas.text(&axis.label, [across, (top + bottom) / 2.0], LABEL, TextAnchor::Upward)
 }
 
 #[cfg(test)]

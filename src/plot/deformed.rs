@@ -4,7 +4,7 @@
 use crate::error::Result;
 
 use super::axis::{Axis, AxisEnds, Display, Prefix};
-use super::canvas::{Anchor, Canvas, sheet};
+use super::canvas::{Canvas, TextAnchor, sheet};
 use super::chart::{Frame, draw_axes, place_in};
 use super::colour::{bar_width, colour, draw_bar};
 use super::grid::Shot;
@@ -57,7 +57,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown, display: &Display) -> Resu
     let rows = scenes.len().div_ceil(columns);
     let total = HEAD + height * rows as f64 + 8.0;
     let svg = sheet([WIDTH, total], |canvas| {
-        canvas.text(&title, [16.0, 22.0], TITLE, Anchor::Start)?;
+        canvas.text(&title, [16.0, 22.0], TITLE, TextAnchor::Start)?;
         for (index, (caption, scene)) in scenes.iter().enumerate() {
             let left = 8.0 + (index % columns) as f64 * width;
             let top = HEAD + (index / columns) as f64 * height;
@@ -129,7 +129,7 @@ fn draw_panel(
 ) -> Result<()> {
     for (number, line) in caption.iter().enumerate() {
         let at = [(left + right) / 2.0 + 20.0, top + 10.0 + LINE * number as f64];
-        canvas.text(line, at, LABEL, Anchor::Middle)?;
+        canvas.text(line, at, LABEL, TextAnchor::Middle)?;
     }
     let top = top + LINE * (caption.len() - 1) as f64;
     let is_plane = !scene.outline.is_empty();
@@ -141,7 +141,7 @@ fn draw_panel(
     let [x, y] = equal_axes(frame, extent(scene), display);
     if is_plane {
         draw_axes(canvas, frame, &x, &y)?;
-        canvas.text(&y.label, [left + 14.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
+        canvas.text(&y.label, [left + 14.0, (frame[1] + frame[3]) / 2.0], LABEL, TextAnchor::Upward)?;
     }
     let rim = (scene.faces.len() < MOST_RIMS).then_some(Stroke { width: 0.35, ..Stroke::thin(INK) });
     for ends in &scene.outline {

@@ -7,7 +7,7 @@ use super::axis::Display;
 use crate::case::Units;
 use crate::error::{Error, Result};
 use crate::output::vtu::VtuValues;
-use crate::output::vtu_reader::{Field, ReadPiece, read_piece};
+use crate::output::vtu_reader::{ReadPiece, VtuField, read_piece};
 use crate::output::{pvd, pvtu};
 
 /// A grid of all ranks.
@@ -97,7 +97,7 @@ pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot>
             return Vec::new();
         }
     };
-    let bodies: Vec<&pvd::Entry> = entries.iter().filter(|entry| entry.part == 0).collect();
+    let bodies: Vec<&pvd::PvdEntry> = entries.iter().filter(|entry| entry.part == 0).collect();
     let Some(last) = bodies.len().checked_sub(1) else { return Vec::new() };
     let distance = |k: usize, time: f64| (bodies[k].time - time).abs();
     let nearest = |time: f64| {
@@ -120,8 +120,8 @@ pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot>
     shots
 }
 
-fn read_shot(folder: &Path, bodies: &pvd::Entry, surfaces: Option<&pvd::Entry>) -> Result<Shot> {
-    let read = |entry: &pvd::Entry, value: Value| read_grid(&folder.join(&entry.file), value);
+fn read_shot(folder: &Path, bodies: &pvd::PvdEntry, surfaces: Option<&pvd::PvdEntry>) -> Result<Shot> {
+    let read = |entry: &pvd::PvdEntry, value: Value| read_grid(&folder.join(&entry.file), value);
     let surfaces = surfaces.map(|entry| read(entry, Value::Pressure)).transpose()?;
     Ok(Shot { time: bodies.time, bodies: read(bodies, Value::VonMises)?, surfaces })
 }
@@ -179,9 +179,9 @@ fn add(grid: &mut Grid, sewn: &mut BTreeMap<i32, usize>, piece: &ReadPiece, valu
     Ok(())
 }
 
-fn floats<'a>(data: &'a BTreeMap<String, Field>, name: &str, components: usize) -> Result<&'a [f64]> {
+fn floats<'a>(data: &'a BTreeMap<String, VtuField>, name: &str, components: usize) -> Result<&'a [f64]> {
     match data.get(name) {
-        Some(Field { components: found, values: VtuValues::Float64(values) }) if *found == components => {
+        Some(VtuField { components: found, values: VtuValues::Float64(values) }) if *found == components => {
             Ok(values)
         }
         _ => Err(Error::file(format!("no Float64 array `{name}` of {components} components"))),

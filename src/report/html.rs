@@ -42,7 +42,7 @@ pub struct Page {
 
 /// Contents of a table cell.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Cell {
+pub enum HtmlCell {
     /// A text.
     Text(String),
     /// A number, or a number with its unit, right-aligned.
@@ -51,7 +51,7 @@ pub enum Cell {
     Bar(f64),
 }
 
-impl Cell {
+impl HtmlCell {
     /// A text cell.
     pub fn text(text: impl Into<String>) -> Self {
         Self::Text(text.into())
@@ -110,11 +110,11 @@ impl Page {
     }
 
     /// Writes a table. An empty header is left out.
-    pub fn table(&mut self, header: &[&str], rows: &[Vec<Cell>]) {
+    pub fn table(&mut self, header: &[&str], rows: &[Vec<HtmlCell>]) {
         self.body.push_str("<div class=\"wide\"><table>\n");
         if !header.is_empty() {
             let is_number =
-                |k: usize| rows.first().is_some_and(|row| matches!(row.get(k), Some(Cell::Number(_))));
+                |k: usize| rows.first().is_some_and(|row| matches!(row.get(k), Some(HtmlCell::Number(_))));
             let class = |k: usize| if is_number(k) { " class=\"number\"" } else { "" };
             let cells =
                 header.iter().enumerate().map(|(k, name)| format!("<th{}>{}</th>", class(k), escaped(name)));
@@ -151,11 +151,11 @@ impl Page {
     }
 }
 
-fn cell(cell: &Cell) -> String {
+fn cell(cell: &HtmlCell) -> String {
     match cell {
-        Cell::Text(text) => format!("<td>{}</td>", escaped(text)),
-        Cell::Number(text) => format!("<td class=\"number\">{}</td>", escaped(text)),
-        Cell::Bar(share) => {
+        HtmlCell::Text(text) => format!("<td>{}</td>", escaped(text)),
+        HtmlCell::Number(text) => format!("<td class=\"number\">{}</td>", escaped(text)),
+        HtmlCell::Bar(share) => {
             let width = 100.0 * if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
             format!("<td><span class=\"bar\"><span style=\"width: {width:.1}%\"></span></span></td>")
         }

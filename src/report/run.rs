@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::html::{Cell, Page};
+use super::html::{HtmlCell, Page};
 use crate::case::Units;
 use crate::error::Result;
 use crate::output::folder::{ResultsFolder, record};
@@ -114,9 +114,9 @@ fn counts(page: &mut Page, record: &Value) {
         ("linear_fallbacks", "Fallbacks to a more robust linear solver"),
         ("unknowns", "Unknowns per step"),
     ];
-    let mut rows: Vec<Vec<Cell>> = Vec::new();
+    let mut rows: Vec<Vec<HtmlCell>> = Vec::new();
     for (key, name) in names {
-        rows.push(vec![Cell::text(name), Cell::number(text_of(&record[key]))]);
+        rows.push(vec![HtmlCell::text(name), HtmlCell::number(text_of(&record[key]))]);
     }
     let m = Units::of_record(record).of("m");
     for contact in record["penetration"].as_array().into_iter().flatten() {
@@ -124,7 +124,7 @@ fn counts(page: &mut Page, record: &Value) {
         let deepest = contact["deepest"].as_f64().unwrap_or(0.0);
         let asked =
             contact["asked"].as_f64().map_or(String::new(), |asked| format!(", requested {asked:.2e} {m}"));
-        rows.push(vec![Cell::text(name), Cell::number(format!("{deepest:.2e} {m}{asked}"))]);
+        rows.push(vec![HtmlCell::text(name), HtmlCell::number(format!("{deepest:.2e} {m}{asked}"))]);
     }
     page.table(&[], &rows);
 }
@@ -141,18 +141,18 @@ fn phases(page: &mut Page, record: &Value) {
         .collect();
     let known: f64 = phases.iter().map(|(_, seconds, _)| seconds).sum();
     let other = ("other".to_owned(), (wall - known).max(0.0), "–".to_owned());
-    let rows: Vec<Vec<Cell>> = phases
+    let rows: Vec<Vec<HtmlCell>> = phases
         .into_iter()
         .chain([other])
         .map(|(name, time, calls)| {
             let share = time / wall.max(f64::MIN_POSITIVE);
             let percent = format!("{:.0} %", 100.0 * share);
             vec![
-                Cell::Text(name),
-                Cell::Number(figures_of(time, 3)),
-                Cell::Number(percent),
-                Cell::Bar(share),
-                Cell::Number(calls),
+                HtmlCell::Text(name),
+                HtmlCell::Number(figures_of(time, 3)),
+                HtmlCell::Number(percent),
+                HtmlCell::Bar(share),
+                HtmlCell::Number(calls),
             ]
         })
         .collect();
@@ -174,13 +174,13 @@ fn balance(page: &mut Page, record: &Value) {
     let value = |list: &Value, rank: usize, unit: f64| list[rank].as_f64().map(|value| value / unit);
     let work = &balance["work_seconds"];
     let most = (0..ranks).filter_map(|rank| value(work, rank, 1.0)).fold(0.0, f64::max);
-    let mut rows: Vec<Vec<Cell>> = (0..ranks)
+    let mut rows: Vec<Vec<HtmlCell>> = (0..ranks)
         .map(|rank| {
             let numbers = columns.iter().map(|(_, list, unit)| {
-                Cell::Number(value(list, rank, *unit).map_or("–".into(), |value| figures_of(value, 3)))
+                HtmlCell::Number(value(list, rank, *unit).map_or("–".into(), |value| figures_of(value, 3)))
             });
-            let bar = Cell::Bar(value(work, rank, 1.0).unwrap_or(0.0) / most.max(f64::MIN_POSITIVE));
-            std::iter::once(Cell::number(rank)).chain(numbers).chain([bar]).collect()
+            let bar = HtmlCell::Bar(value(work, rank, 1.0).unwrap_or(0.0) / most.max(f64::MIN_POSITIVE));
+            std::iter::once(HtmlCell::number(rank)).chain(numbers).chain([bar]).collect()
         })
         .collect();
     let imbalance = |list: &Value, unit: f64| {
@@ -190,8 +190,8 @@ fn balance(page: &mut Page, record: &Value) {
         if ratio.is_finite() { format!("{ratio:.3}") } else { "–".into() }
     };
     if ranks > 1 {
-        let last = columns.iter().map(|(_, list, unit)| Cell::Number(imbalance(list, *unit)));
-        rows.push(std::iter::once(Cell::text("max / mean")).chain(last).collect());
+        let last = columns.iter().map(|(_, list, unit)| HtmlCell::Number(imbalance(list, *unit)));
+        rows.push(std::iter::once(HtmlCell::text("max / mean")).chain(last).collect());
     }
     let header: Vec<&str> =
         std::iter::once("rank").chain(columns.iter().map(|(name, _, _)| *name)).chain([""]).collect();
@@ -204,14 +204,15 @@ fn balance(page: &mut Page, record: &Value) {
 
 fn versions(page: &mut Page, record: &Value) {
     let versions = record["versions"].as_object().into_iter().flatten();
-    let mut rows: Vec<Vec<Cell>> =
-        versions.map(|(name, version)| vec![Cell::text(name), Cell::text(text_of(version))]).collect();
+    let mut rows: Vec<Vec<HtmlCell>> = versions
+        .map(|(name, version)| vec![HtmlCell::text(name), HtmlCell::text(text_of(version))])
+        .collect();
     for input in record["inputs"].as_array().into_iter().flatten() {
         let hash = input["sha256"].as_str().unwrap_or_default();
-        rows.push(vec![Cell::text(text_of(&input["path"])), Cell::text(format!("SHA-256 {hash}"))]);
+        rows.push(vec![HtmlCell::text(text_of(&input["path"])), HtmlCell::text(format!("SHA-256 {hash}"))]);
     }
     if let Some(hash) = record["case_sha256"].as_str() {
-        rows.push(vec![Cell::text("the completed case"), Cell::text(format!("SHA-256 {hash}"))]);
+        rows.push(vec![HtmlCell::text("the completed case"), HtmlCell::text(format!("SHA-256 {hash}"))]);
     }
     page.table(&[], &rows);
 }

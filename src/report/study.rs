@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::html::{Cell, Page};
+use super::html::{HtmlCell, Page};
 use super::run::{figures_of, text_of};
 use crate::error::Result;
 use crate::files;
@@ -76,13 +76,13 @@ fn members(page: &mut Page, csv: &Csv, axes: &[String]) {
     }
     let cell = |row: usize, column: usize| match columns[column][row] {
         // A member outside the grid has a name instead of values.
-        "" if column == 0 => Cell::text(named[row]),
+        "" if column == 0 => HtmlCell::text(named[row]),
         word => match word.parse::<f64>() {
-            Ok(number) => Cell::Number(figures_of(number, 3)),
-            Err(_) => Cell::text(word),
+            Ok(number) => HtmlCell::Number(figures_of(number, 3)),
+            Err(_) => HtmlCell::text(word),
         },
     };
-    let rows: Vec<Vec<Cell>> =
+    let rows: Vec<Vec<HtmlCell>> =
         (0..named.len()).map(|row| (0..columns.len()).map(|column| cell(row, column)).collect()).collect();
     page.table(&header, &rows);
     page.paragraph("Errors are relative; values and further costs are in study.csv.");

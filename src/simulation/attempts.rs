@@ -7,7 +7,7 @@ use super::tables::Tables;
 use crate::dynamics::Stage;
 use crate::output::console::Attempt;
 use crate::output::iterations::IterationRow;
-use crate::output::record::{Holding, Resultant};
+use crate::output::record::{HoldingRecord, Resultant};
 use crate::solvers::{Driven, Fallback, HeldMotions, IterationReport, SolveReport};
 use crate::time::StepControl;
 
@@ -53,7 +53,7 @@ impl<const D: usize> Journal<D> {
         let resultant = |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit };
         let step = if self.now.starting { 0 } else { self.step };
         let free = free.to_vec();
-        self.record.held = Some(Holding { step, free, motions, force, by: by.map(resultant), note });
+        self.record.held = Some(HoldingRecord { step, free, motions, force, by: by.map(resultant), note });
     }
 
     /// Begins the next step. What its attempts write and count is not part of a checkpoint until

@@ -4,7 +4,7 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
-use crate::output::record::{Holding, PenetrationRecord, PhaseTime, Record, Totals};
+use crate::output::record::{HoldingRecord, PenetrationRecord, PhaseTime, Record, Totals};
 use crate::output::table::Marks;
 
 /// What was computed before a checkpoint.
@@ -21,7 +21,7 @@ pub struct EarlierRun {
     /// Wall time of the start, by phase.
     pub start_phases: Vec<(String, PhaseTime)>,
     /// Motions that were projected out in statics.
-    pub held: Option<Holding>,
+    pub held: Option<HoldingRecord>,
     /// When the first run began \[s since 1970\].
     pub start: u64,
     /// Marks of the tables; empty for a branch, which writes tables of its own.

@@ -38,7 +38,7 @@ pub(super) fn shared_bytes(session: &Rc<Session>, own: Result<Vec<u8>>) -> Resul
 ///
 /// # Errors
 /// PETSc rejects a name.
-pub fn give_options(session: &Session, case: &Case) -> Result<Vec<String>> {
+pub fn set_options(session: &Session, case: &Case) -> Result<Vec<String>> {
     let mut taken = Vec::new();
     for (name, value) in case.petsc.iter() {
         if !session.is_given(&name.value) {
@@ -53,6 +53,6 @@ pub fn give_options(session: &Session, case: &Case) -> Result<Vec<String>> {
 ///
 /// # Errors
 /// PETSc rejects a name.
-pub fn take_back_options(session: &Session, taken: &[String]) -> Result<()> {
+pub fn remove_options(session: &Session, taken: &[String]) -> Result<()> {
     taken.iter().try_for_each(|name| session.take_back(name))
 }

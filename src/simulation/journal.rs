@@ -27,7 +27,7 @@ use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
 use crate::output::fields::FieldWriter;
 use crate::output::folder::RECORD;
-use crate::output::record::{Balance, InputRecord, Record, Totals, Verdict};
+use crate::output::record::{InputRecord, RankBalance, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
 use crate::output::table::Marks;
 use crate::partition::Report;
@@ -419,7 +419,7 @@ pub(super) fn record(session: &Session, case: &Case, inputs: Vec<InputRecord>) -
         phases: Vec::new(),
         start_phases: Vec::new(),
         peak_memory: Vec::new(),
-        balance: Balance::default(),
+        balance: RankBalance::default(),
         penetrations: Vec::new(),
         held: None,
         accuracy: None,

@@ -44,7 +44,7 @@ use crate::time::{Retry, Scheme, StepControl};
 pub use begin::Begin;
 pub use check::check;
 pub use checkpoint::WALL_TIME_IS_OVER;
-pub use input::{give_options, shared_text, take_back_options};
+pub use input::{remove_options, set_options, shared_text};
 pub use journal::Journal;
 pub use options::scheme;
 pub use parts::parts;

@@ -141,14 +141,15 @@ impl Saved {
     ) -> Result<Option<Self>> {
         if place.begin == Begin::Fresh {
             let rank = session.rank();
-            let own = if rank == 0 { spare(case, place, session.size() as usize) } else { Ok(()) };
+            let own =
+                if rank == 0 { keep_interrupted_run(case, place, session.size() as usize) } else { Ok(()) };
             agree(session.world(), own)?;
         }
         if matches!(place.begin, Begin::Anew | Begin::Fresh) {
             return Ok(None);
         }
         let own = if session.rank() == 0 {
-            look::<D>(case, place, session.size() as usize)
+            find_checkpoint::<D>(case, place, session.size() as usize)
         } else {
             Ok(String::new())
         };
@@ -203,12 +204,12 @@ impl Saved {
             .map_err(|error| error.within(&self.path.display().to_string()))?;
         run.system.set_continuation(start::of_steps(&run.system, case));
         run.system.set_split(Split::Monolithic);
-        journal.go_on(&run.control, &format!("resumed from {}", self.path.display()))?;
+        journal.resume(&run.control, &format!("resumed from {}", self.path.display()))?;
         Ok(run)
     }
 }
 
-const NOTHING_TO_GO_ON_FROM: &str = "there is no run to resume: start without --restart, name the folder of \
+const NO_RUN_TO_RESUME: &str = "there is no run to resume: start without --restart, name the folder of \
                                      the run with --output, or branch into a new folder with \
                                      --restart=CHECKPOINT --output NEW";
 
@@ -218,7 +219,7 @@ const NOTHING_TO_GO_ON_FROM: &str = "there is no run to resume: start without --
 /// # Errors
 /// The results folder holds a run of the same case that stopped before its end and left
 /// checkpoints.
-fn spare(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
+fn keep_interrupted_run(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
     claim(&place.folder)?;
     let record = record(&place.folder);
     let ended = ["completed", "failed"].contains(&process::verdict(&record));
@@ -238,10 +239,10 @@ fn spare(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
 }
 
 /// Path and header of the checkpoint, as text. Rank 0 only.
-fn look<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result<String> {
+fn find_checkpoint<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result<String> {
     let branches = matches!(place.begin, Begin::From(_)) && ResultsFolder::is_free(&place.folder);
     if !branches {
-        ResultsFolder::find(&place.folder).map_err(|error| error.hint(NOTHING_TO_GO_ON_FROM))?;
+        ResultsFolder::find(&place.folder).map_err(|error| error.hint(NO_RUN_TO_RESUME))?;
         claim(&place.folder)?;
     }
     let asked = match &place.begin {

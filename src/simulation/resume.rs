@@ -48,7 +48,7 @@ impl<const D: usize> Journal<D> {
     ///
     /// # Errors
     /// The record can not be written.
-    pub fn go_on(&mut self, control: &StepControl, remark: &str) -> Result<()> {
+    pub fn resume(&mut self, control: &StepControl, remark: &str) -> Result<()> {
         self.step = self.record.totals.steps;
         let s = self.record.units.of("s");
         self.console.note(&format!("{remark}, step {}, t = {:.6e} {s}", self.step, control.time()));

@@ -141,7 +141,7 @@ impl Bulk {
     }
 
     /// Records how many points have changed their status.
-    fn heed(&mut self, contact: &ContactCounts) {
+    fn note_contacts(&mut self, contact: &ContactCounts) {
         let part = |points: u64| points as f64 / contact.closed.max(1) as f64;
         self.turned += part(contact.changed);
         self.slipping[1] = part(contact.slip);
@@ -323,8 +323,8 @@ impl CustomPreconditioner for FilteredAmg {
         Rc::ptr_eq(self.bulk.matrix.pattern(), matrix.pattern())
     }
 
-    fn heed(&mut self, contact: &ContactCounts) {
-        self.bulk.heed(contact);
+    fn note_contacts(&mut self, contact: &ContactCounts) {
+        self.bulk.note_contacts(contact);
     }
 
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()> {

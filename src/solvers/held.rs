@@ -19,7 +19,7 @@ pub struct Driven {
 
 impl Driven {
     /// Describes the motion as the reason of a failure.
-    pub fn tell(&self) -> String {
+    pub fn describe(&self) -> String {
         format!("nothing resists {}, which is driven by {:.3e} {}", self.words, self.force, self.unit)
     }
 }
@@ -62,7 +62,7 @@ impl HeldMotions {
     }
 
     /// Describes the held motions as the reason of a failure.
-    pub fn tell(&self) -> String {
+    pub fn describe(&self) -> String {
         format!("a free motion would need {:.1e} of the largest force to be restrained", self.force)
     }
 }

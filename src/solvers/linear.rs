@@ -189,7 +189,7 @@ impl LinearSolver {
     }
 
     /// Passes the state of the contact points to the preconditioner, which may depend on it.
-    pub fn heed(&mut self, contact: ContactCounts) {
+    pub fn note_contacts(&mut self, contact: ContactCounts) {
         self.contact = contact;
     }
 
@@ -275,7 +275,7 @@ impl LinearSolver {
             Some(made) => made,
             None => self.make(preset, system.matrix())?,
         };
-        made.heed(&self.contact);
+        made.note_contacts(&self.contact);
         made.assemble(system, stage, if renew { Reuse::Renew } else { Reuse::Keep })?;
         *self.own.borrow_mut() = Some(made);
         Ok(())

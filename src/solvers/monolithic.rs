@@ -216,7 +216,7 @@ impl Monolithic {
         Ok(match (self.iterate(system, stage, watch)?, &self.firmest.1) {
             (Outcome::Failed(report, reason), Some(driven)) => {
                 let report = SolveReport { driven: true, ..report };
-                Outcome::Failed(report, format!("{reason}; {}", driven.tell()))
+                Outcome::Failed(report, format!("{reason}; {}", driven.describe()))
             }
             (outcome, _) => outcome,
         })
@@ -241,7 +241,7 @@ impl Monolithic {
         let mut lost = None;
         loop {
             if system.continuation().friction == FrictionMode::AsGiven {
-                self.linear.heed(row.contact);
+                self.linear.note_contacts(row.contact);
             }
             watch(&row);
             report.residual = row.residual;
@@ -264,7 +264,7 @@ impl Monolithic {
                 if report.held.force <= most {
                     return Ok(Outcome::Converged(report));
                 }
-                let reason = report.held.tell();
+                let reason = report.held.describe();
                 return Ok(Outcome::Failed(report, reason));
             }
             if let Some(reason) = lost {

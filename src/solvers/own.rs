@@ -25,7 +25,7 @@ pub trait CustomPreconditioner {
     fn fits(&self, matrix: &Matrix) -> bool;
 
     /// Receives the current state of the contact points.
-    fn heed(&mut self, _contact: &ContactCounts) {}
+    fn note_contacts(&mut self, _contact: &ContactCounts) {}
 
     /// Assembles its matrices at the trial state, at least those that it needs to renew regardless
     /// of `reuse`. Collective.

@@ -10,7 +10,7 @@ use crate::error::Result;
 
 /// A strategy that a user can name.
 #[derive(Debug, PartialEq)]
-pub struct Entry {
+pub struct StrategyEntry {
     /// Key in the case file.
     pub name: &'static str,
     /// Description in one sentence.
@@ -18,12 +18,12 @@ pub struct Entry {
 }
 
 /// All strategies, for `contact-petsc list`.
-pub const STRATEGIES: &[Entry] = &[
-    Entry {
+pub const STRATEGIES: &[StrategyEntry] = &[
+    StrategyEntry {
         name: "monolithic",
         about: "Newton with the full non-symmetric tangent, for any coefficient of friction",
     },
-    Entry {
+    StrategyEntry {
         name: "staggered",
         about: "normal contact and friction in turn, with symmetric matrices; the contraction factor of a \
                 sweep is proportional to the coefficient of friction, and sweeps are relaxed if it is too \

@@ -42,7 +42,7 @@ pub struct PrescribedMotion {
 
 /// Local arrays of `u` \[m\], `v` \[m/s\] and `a` \[m/s2\] by degree of freedom.
 #[derive(Debug)]
-pub struct Fields<'a> {
+pub struct PrescribedFields<'a> {
     /// Displacement \[m\].
     pub u: &'a mut [f64],
     /// Velocity \[m/s\].
@@ -115,7 +115,7 @@ impl<const D: usize> DofMap<D> {
         &self,
         points: &[[f64; D]],
         mut motion: impl FnMut(usize, usize, &[f64; D]) -> Result<PrescribedMotion>,
-        fields: Fields,
+        fields: PrescribedFields,
     ) -> Result<()> {
         for (number, boundary) in self.boundaries.iter().enumerate() {
             for &(node, component) in &boundary.entries {
@@ -199,7 +199,7 @@ mod tests {
             let value = 10.0 * boundary as f64 + component as f64 + 0.1 * x[1];
             Ok(PrescribedMotion { u: value, v: -value, a: 2.0 * value })
         };
-        map.fill(&mesh.points, motion, Fields { u: &mut u, v: &mut v, a: &mut a }).expect("filled");
+        map.fill(&mesh.points, motion, PrescribedFields { u: &mut u, v: &mut v, a: &mut a }).expect("filled");
         assert_eq!(u, [0.0, 11.0, 9.0, 11.0, 9.0, 9.0, 0.1, 9.0]);
         assert_eq!((v[3], a[3]), (-11.0, 22.0));
         map.clear(&mut u);

@@ -18,7 +18,7 @@ pub mod shape;
 mod tets;
 mod triangles;
 
-pub use dofs::{Boundary, DofMap, Fields, Prescribed, PrescribedMotion};
+pub use dofs::{Boundary, DofMap, Prescribed, PrescribedFields, PrescribedMotion};
 pub use facet::{Tangents, area_variation, facet_normal, facet_tangents};
 pub use locate::{Located, Nearest, locate, nearest_node, pull_back};
 pub use quadrature::Rule;

@@ -28,7 +28,7 @@ pub struct Study {
     pub set: Named<Node>,
     /// Axes; the members are all combinations of their values.
     #[serde(default)]
-    pub sweep: Named<Axis>,
+    pub sweep: Named<SweepAxis>,
     /// Further members by name, each with its own values.
     #[serde(default)]
     pub members: Named<Named<Node>>,
@@ -52,7 +52,7 @@ fn targets() -> At<Vec<Number>> {
 /// An axis of the grid: one key with values, or choices that set several keys at once.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Axis {
+pub struct SweepAxis {
     /// Path of the key that receives the `values`.
     #[serde(default)]
     pub key: Option<At<String>>,
@@ -251,7 +251,7 @@ impl Study {
     }
 }
 
-fn check_axis(name: &At<String>, axis: &Axis, complaints: &mut Vec<Complaint>) {
+fn check_axis(name: &At<String>, axis: &SweepAxis, complaints: &mut Vec<Complaint>) {
     let say = |message: &str, hint: &str| Complaint::new(message.to_owned()).at(name.place).hint(hint);
     let form = "`{ key: PATH, values: [...] }`, or `{ choices: { NAME: { PATH: VALUE } } }`";
     let count = match (&axis.key, &axis.values, &axis.choices) {

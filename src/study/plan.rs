@@ -4,7 +4,7 @@ use crate::case::{At, Case, Named};
 use crate::error::Result;
 use crate::reader::document::Document;
 use crate::reader::node::{Node, Tree};
-use crate::study::file::{Axis, Reference, Study};
+use crate::study::file::{Reference, Study, SweepAxis};
 
 /// Maximum number of members. A larger number is treated as a mistake.
 const MOST: usize = 10_000;
@@ -91,7 +91,7 @@ fn combinations(study: &Study) -> Result<Vec<Vec<Choice>>> {
     Ok(all)
 }
 
-fn choices(axis: &Axis) -> Vec<Choice> {
+fn choices(axis: &SweepAxis) -> Vec<Choice> {
     if let Some(choices) = &axis.choices {
         let choice = |(name, values): (&At<String>, &Named<Node>)| Choice {
             label: name.value.clone(),

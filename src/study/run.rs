@@ -21,9 +21,7 @@ use crate::output::record::{InputRecord, check_tables};
 use crate::petsc::Session;
 use crate::reader::document::Document;
 use crate::reader::source::Source;
-use crate::simulation::{
-    Ready, RunRequest, Signals, WALL_TIME_IS_OVER, give_options, refuse, take_back_options,
-};
+use crate::simulation::{Ready, RunRequest, Signals, WALL_TIME_IS_OVER, refuse, remove_options, set_options};
 
 /// Options for running a study.
 #[derive(Debug, Clone)]
@@ -145,12 +143,12 @@ fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &
     let case_file = planned.study.source().directory.join(&planned.study.case.value);
     let place = RunRequest::anew(case_file, member_folder(&options.folder, member), options.members);
     session.measure_anew();
-    let taken = give_options(session, case)?;
+    let taken = set_options(session, case)?;
     let outcome = match case.dimension.value {
         2 => attempt::<2>(session, case, &place),
         _ => attempt::<3>(session, case, &place),
     };
-    take_back_options(session, &taken)?;
+    remove_options(session, &taken)?;
     outcome
 }
 

@@ -40,7 +40,7 @@ pub fn error_on_one_rank() {
 /// Rank 0 reports an error that all ranks know before any rank ends.
 pub fn error_on_all_ranks() {
     let session = Session::start(&[]).expect("MPI and PETSc start");
-    let told = session.tell(&Error::file("all ranks fail"));
+    let told = session.report(&Error::file("all ranks fail"));
     assert!(told.message.is_empty());
     drop(session);
     std::process::exit(told.exit_code());

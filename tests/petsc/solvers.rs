@@ -2,7 +2,8 @@
 
 use crate::lattice::{Lattice, Local};
 use contact_petsc::petsc::{
-    Format, InitialGuess, Krylov, Matrix, Outcome, Reason, Reuse, Session, Symmetry, Vector, residual_norm,
+    Format, InitialGuess, Krylov, LinearOutcome, Matrix, Reason, Reuse, Session, Symmetry, Vector,
+    residual_norm,
 };
 use std::cell::Cell;
 use std::rc::Rc;
@@ -109,7 +110,7 @@ fn right_hand_side(session: &Rc<Session>, local: &Local) -> Vector {
 }
 
 /// Solves and returns the outcome with the true relative residual.
-fn solve(session: &Rc<Session>, local: &Local, krylov: &mut Krylov, matrix: &Matrix) -> (Outcome, f64) {
+fn solve(session: &Rc<Session>, local: &Local, krylov: &mut Krylov, matrix: &Matrix) -> (LinearOutcome, f64) {
     let b = right_hand_side(session, local);
     let (mut x, mut work) = (b.like().unwrap(), b.like().unwrap());
     let outcome = krylov.solve(&b, &mut x).unwrap();

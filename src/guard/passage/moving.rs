@@ -9,7 +9,7 @@ use crate::contact::surface::{ContactSurface, SurfaceFacet};
 use crate::error::Result;
 use crate::mesh::{Bounds, ElementKind, Facet};
 use crate::partition::LocalMesh;
-use crate::partition::exchange::{Field, NodeExchange};
+use crate::partition::exchange::{NodeExchange, NodeField};
 use crate::petsc::Session;
 use crate::tensor::Vector as Point;
 
@@ -86,7 +86,7 @@ impl<const D: usize> Moving<D> {
         let mut bring = NodeExchange::new(world, &local.index, &foreign.numbers)?;
         let [mut start, mut end] = [0, 1].map(|_| vec![0.0; foreign.numbers.len() * D]);
         let fields = [(ends.start, &mut start), (ends.end, &mut end)];
-        let mut fields = fields.map(|(owned, wanted)| Field { width: D, owned, wanted: &mut wanted[..] });
+        let mut fields = fields.map(|(owned, wanted)| NodeField { width: D, owned, wanted: &mut wanted[..] });
         bring.forward_many(world, &mut fields);
         let beyond = StepEnds { start: &start, end: &end };
         let path = |node: u32| match (node as usize).checked_sub(local.index.local_count()) {
