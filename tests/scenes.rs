@@ -340,3 +340,56 @@ time: { end: 1.0e-3, step: 1.0e-3 }
 ");
     close("reaction", at(&results.table("reactions.csv"), "force_x", 0.0), 2500.0, 1e-6);
 }
+
+/// The reaction of a support has the force and the moment that balance the weight of the block on it.
+#[test]
+fn reactions_balance_forces_and_moments() {
+    let case = |dimension: usize, shape: &str, gravity: &str| {
+        format!(
+            "dimension: {dimension}
+bodies:
+  block:
+    mesh: {{ box: {{ {shape} }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e13, poisson_ratio: 0.3 }} }}
+    density: 2000
+boundary:
+  floor: {{ on: block.bottom, displacement: {{ x: 0, y: 0{} }} }}
+  weight: {{ on: block, gravity: [{gravity}] }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 1 }} }} }}
+output: {{ fields: {{ every: 100 }} }}
+",
+            if dimension == 3 { ", z: 0" } else { "" }
+        )
+    };
+    for ranks in [1, 3] {
+        let plane = Results::of(&case(2, "min: [1, 2], max: [1.4, 2.2], cells: [4, 3]", "3, -10"), ranks);
+        let of = |column: &str| plane.table("reactions.csv").last(column);
+        // Mass 160 kg/m at (1.2, 2.1), weight (480, -1600) N/m.
+        for (column, expected) in [("force_x", -480.0), ("force_y", 1600.0), ("moment_z", 2928.0)] {
+            assert!(
+                (of(column) / expected - 1.0).abs() < 1e-6,
+                "{column}: {}, expected {expected}",
+                of(column)
+            );
+        }
+        let space = "min: [1, 2, 3], max: [1.4, 2.2, 3.5], cells: [2, 2, 2]";
+        let space = Results::of(&case(3, space, "3, -10, 7"), ranks);
+        let of = |column: &str| space.table("reactions.csv").last(column);
+        // Mass 80 kg at c = (1.2, 2.1, 3.25), weight (240, -800, 560) N, moment -c x weight.
+        let expected = [
+            ("force_x", -240.0),
+            ("force_y", 800.0),
+            ("force_z", -560.0),
+            ("moment_x", -(2.1 * 560.0 + 3.25 * 800.0)),
+            ("moment_y", -(3.25 * 240.0 - 1.2 * 560.0)),
+            ("moment_z", 1.2 * 800.0 + 2.1 * 240.0),
+        ];
+        for (column, expected) in expected {
+            assert!(
+                (of(column) / expected - 1.0).abs() < 1e-6,
+                "{column}: {}, expected {expected}",
+                of(column)
+            );
+        }
+    }
+}

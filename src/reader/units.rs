@@ -93,6 +93,9 @@ const WRITTEN: [Writing; 18] = [
 const SCALES: [(&str, f64); 8] =
     [("", 1.0), ("m", 1e-3), ("k", 1e3), ("M", 1e6), ("G", 1e9), ("µ", 1e-6), ("n", 1e-9), ("p", 1e-12)];
 
+/// The SI unit of a moment.
+const MOMENT: &str = "N m";
+
 impl Units {
     /// Metre, kilogram, second.
     pub const SI: Self = Self {
@@ -144,10 +147,13 @@ impl Units {
 
     /// The unit of the same kind as an SI unit, such as `mm/s` for `m/s`.
     pub fn of(&self, si: &str) -> String {
+        if si == MOMENT {
+            return self.moment();
+        }
         dimension_of(si).map_or_else(|| si.to_owned(), |dimension| self.symbol(dimension))
     }
 
-    /// The unit of a moment, which has the dimension of an energy.
+    /// The unit of a moment. It has the dimension of an energy, but is not written in joules.
     pub fn moment(&self) -> String {
         self.written(&[(Part::Force, 1), (Part::Length, 1)]).unwrap_or_else(|| self.of("J"))
     }

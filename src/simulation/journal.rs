@@ -293,7 +293,7 @@ impl<const D: usize> Journal<D> {
             }
             penetration.force = penetration.force.max(number(ContactColumn::FORCE_N));
         }
-        let reactions = reactions(system, ledger.reactions());
+        let reactions = reactions(system, &stage.trial.u, ledger.reactions());
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
             tables.check()?;
             tables.begin_row(self.step, stage.trial.time, dt);

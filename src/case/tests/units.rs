@@ -143,6 +143,7 @@ fn derived_units_have_their_names() {
         }
     }
     assert_eq!(system("mm", "t", "s").moment(), "N mm");
+    assert_eq!(system("mm", "t", "s").of("N m"), "N mm");
     assert_eq!(system("mm", "t", "s").symbol(Dimension([1.0, -1.5, -2.0])), "MPa/mm^0.5");
     assert_eq!(system("mm", "t", "s").heading("tip.u_x [m]"), "tip.u_x [mm]");
     assert_eq!(Units::SI.heading("angular_z [N m s]"), "angular_z [N m s]");
