@@ -37,6 +37,7 @@ mod supports;
 mod system;
 mod tangent;
 pub mod targets;
+mod tools;
 
 pub use augmentation::depths;
 pub use build::sides_of;
@@ -50,3 +51,4 @@ pub use start::{Overclosure, known_length};
 pub use state_part::{StatePart, from_numbers, named, numbers_of};
 pub use supports::{Supports, in_space};
 pub use system::{ContactSystem, SystemOptions};
+pub use tools::ToolState;

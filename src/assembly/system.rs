@@ -28,7 +28,7 @@ use crate::contact::state::{Changes, Hold};
 use crate::dynamics::{Continuation, MatrixSource, OverStep, SearchSource, Split, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
-use crate::model::Model;
+use crate::model::{Model, RigidModel};
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, Format, Matrix, Session, Vector};
 
@@ -99,6 +99,10 @@ pub struct ContactSystem<const D: usize> {
     /// and targets are flat.
     pub(super) symmetric_steps: bool,
     holding: Holding,
+    /// Rigid bodies that move.
+    pub(super) tools: Vec<RigidModel<D>>,
+    /// Load factor of the last evaluated state.
+    pub(super) factor: f64,
     pub(super) bodies: Vec<NamedBody>,
     pub(super) pieces: Pieces<D>,
     /// Stiffness in the unit rows of prescribed unknowns \[N/m\].
@@ -186,6 +190,8 @@ impl<const D: usize> ContactSystem<D> {
             units: model.units,
             symmetric_steps: model.has_symmetric_steps(),
             holding,
+            tools: model.rigid.clone(),
+            factor: 0.0,
             bodies,
             pieces,
             unit: unit(model, extent, &local),
@@ -198,7 +204,7 @@ impl<const D: usize> ContactSystem<D> {
             redistribution,
             parts,
             overclosures,
-            continuation: Continuation::default(),
+            continuation: Continuation { start_factor: 0.0, ..Continuation::default() },
             split: Split::Monolithic,
             fault: None,
             trouble: None,
@@ -357,14 +363,22 @@ impl<const D: usize> ContactSystem<D> {
             state.begin();
             contact.remember_multipliers();
         }
+        self.continuation.start_factor = self.factor;
         stage.start_forces.copy_from(&self.forces)?;
         self.rest_massless(&mut stage.start_forces);
         Ok(())
     }
 
-    /// Sets how the equations differ from those of the scene.
+    /// Sets how the equations differ from those of the scene. The factor of the accepted state at
+    /// the start of the step stays.
     pub fn set_continuation(&mut self, continuation: Continuation) {
-        self.continuation = continuation;
+        let start_factor = self.continuation.start_factor;
+        self.continuation = Continuation { start_factor, ..continuation };
+    }
+
+    /// Sets the load factor of the state at the start of the step.
+    pub fn set_start_factor(&mut self, start_factor: f64) {
+        self.continuation.start_factor = start_factor;
     }
 
     /// The units of all numbers.
@@ -413,6 +427,7 @@ impl<const D: usize> ContactSystem<D> {
             contact.remember_multipliers();
             contact.begin_step();
         }
+        self.continuation.start_factor = self.factor;
         stage.start_forces.copy_from(&self.forces)?;
         self.rest_massless(&mut stage.start_forces);
         self.calm_massless(stage)?;

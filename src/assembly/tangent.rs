@@ -24,6 +24,7 @@ impl<const D: usize> ContactSystem<D> {
         target: Target,
         lift: Option<Lift>,
     ) -> Result<()> {
+        self.place_targets(stage);
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let inertia = stage.inertia && terms.contains(Terms::MASS);
         let mass = self.mass.as_ref().filter(|_| inertia);

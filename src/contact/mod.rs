@@ -20,6 +20,7 @@ pub mod obstacle;
 mod pair_scene;
 pub mod passage;
 pub mod point;
+pub mod rigid;
 pub mod state;
 pub mod surface;
 pub mod target;

@@ -65,7 +65,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             refuse_or_remark(case, [names[inner], names[outer]], message, &mut remarks)?;
         }
     }
-    for (name, obstacle) in case.obstacles.iter() {
+    for (name, obstacle) in case.shapes() {
         for body in 0..names.len() {
             let Some(core) = obstacle.shape::<D>().core() else { continue };
             let centre: [f64; D] = core.nearest(&Vector::from(around[body].centre())).into();
