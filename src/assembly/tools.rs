@@ -8,6 +8,7 @@ use crate::contact::rigid::{BodyFrame, MotionInstant, MotionStep};
 use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
 use crate::model::RigidModel;
+use crate::petsc;
 use crate::tensor::Vector;
 
 /// State of a rigid body at the end of a step, with the same values on all ranks.
@@ -66,6 +67,28 @@ impl<const D: usize> ContactSystem<D> {
         let step = self.motion_step(stage);
         let placed = self.contacts.iter_mut().try_for_each(|contact| contact.place(&step));
         self.trouble = self.trouble.take().or_else(|| placed.err());
+    }
+
+    /// Largest displacement of the surfaces of moving rigid bodies where bodies touch them at the
+    /// displacements `u` \[m\]; zero if there are none. Collective.
+    pub fn travel_of_tools(&self, u: &petsc::Vector) -> f64 {
+        if self.tools.is_empty() {
+            return 0.0;
+        }
+        let u = u.local();
+        let mut own = 0.0_f64;
+        for contact in &self.contacts {
+            let Some(frame) = contact.target().frame() else { continue };
+            let points = contact.state.current.iter().enumerate().filter(|(_, point)| point.is_closed());
+            for (vertex, _) in points {
+                let first = contact.vertices()[vertex] as usize * D;
+                let place = contact.reference_point(vertex) + Vector::from_fn(|i, _| u[first + i]);
+                own = own.max((place - frame.see_end(&place)).norm());
+            }
+        }
+        let mut most = 0.0;
+        self.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());
+        most
     }
 
     /// States of the moving rigid bodies at the trial state of `stage`, with the loads of the last
