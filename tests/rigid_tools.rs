@@ -255,6 +255,69 @@ time: {{ end: 0.0145, step: {step}, cuts: {cuts}, scheme: {{ newmark: {{ beta: 0
     assert!(met.table("rigid.csv").last("force_y") > 0.0);
 }
 
+/// A tool that presses at t = 0 is applied in the increments of the static start like a prescribed
+/// displacement: forces are those of a block that is pressed onto a floor at rest. Friction in the
+/// start makes no difference to that.
+#[test]
+fn a_tool_may_press_in_the_static_start() {
+    for friction in [false, true] {
+        let [by_floor, by_top] = [true, false].map(|by_floor| {
+            let [floor, top] = match by_floor {
+                true => [
+                    "rigid: { floor: { shape: { plane: { point: [0, 0], normal: [0, 1] } }, \
+                     motion: { translation: { x: \"0.02 + 0.3 * t\", y: 0.004 } } } }",
+                    "{ x: 0, y: 0 }",
+                ],
+                false => [
+                    "obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }",
+                    "{ x: \"-0.02 - 0.3 * t\", y: -0.004 }",
+                ],
+            };
+            let velocity = if by_floor { "" } else { "initial_velocity: [-0.3, 0]" };
+            let text = format!(
+                "dimension: 2
+bodies:
+  block:
+    mesh: {{ box: {{ min: [0, 0], max: [0.2, 0.1], cells: [10, 5] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5e6, poisson_ratio: 0.4 }} }}
+    density: 1000
+    {velocity}
+{floor}
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    friction: {{ coulomb: {{ coefficient: 0.4, regularization: {{ stick_stiffness: 2.0e+10 }} }} }}
+boundary: {{ hold: {{ on: block.top, displacement: {top} }} }}
+start: {{ equilibrium: {{ friction: {friction}, increments: 4 }} }}
+time: {{ end: 0.01, step: 1.0e-3, scheme: {{ newmark: {{ beta: 0.25, gamma: 0.5 }} }} }}
+solver: {{ newton: {{ tolerance: 1.0e-12, inexact: false }} }}
+"
+            );
+            Results::of(&text, 1).table("contact.csv")
+        });
+        assert!(by_floor.numbers("force_n")[0] > 3e4);
+        for column in ["force_n", "force_x"] {
+            let apart = apart(&by_floor.numbers(column), &by_top.numbers(column));
+            assert!(apart < 1e-9, "{column}: {apart:e}");
+        }
+    }
+}
+
+/// The closing speed of an impact is that of the tool.
+#[test]
+fn the_closing_speed_is_that_of_the_tool() {
+    let folder = Folder::new("closing");
+    let text =
+        indenter().replace("poisson_ratio: 0.4 } }", "poisson_ratio: 0.4 } }\n    density: 1000").replace(
+            "{ end: 1, scheme: { static: { increments: 40 } } }",
+            "{ end: 0.03, step: 0.01, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }",
+        );
+    folder.write("case.yml", &text);
+    let output = run(0, &["case.yml"], &folder).success();
+    assert_says(&output.text(), &["contact 'press' closed at 6.67e-2 m/s"]);
+}
+
 /// Motions that are not finite during the run end it with their position in the case.
 #[test]
 fn a_motion_that_is_not_finite_is_reported() {

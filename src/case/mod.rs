@@ -254,6 +254,11 @@ impl Case {
         self.obstacles.get(name).or_else(|| self.rigid.get(name).map(|body| &body.shape))
     }
 
+    /// What messages call the rigid body with this name.
+    pub fn noun(&self, name: &str) -> &'static str {
+        if self.obstacles.get(name).is_some() { "obstacle" } else { "rigid body" }
+    }
+
     /// Names and shapes of all rigid bodies.
     pub fn shapes(&self) -> impl Iterator<Item = (&At<String>, &Obstacle)> {
         self.obstacles.iter().chain(self.rigid.iter().map(|(name, body)| (name, &body.shape)))

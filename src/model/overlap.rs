@@ -75,8 +75,9 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             }
             let near = elements[body].iter().copied().filter(|&e| around_element(mesh, e).meets(&at));
             if locate(mesh, near, &centre).is_some() {
+                let noun = case.noun(name);
                 let message = format!(
-                    "body '{}' and obstacle '{}' overlap at the start: the centre of the obstacle at {} {m} \
+                    "body '{}' and {noun} '{}' overlap at the start: the centre of the {noun} at {} {m} \
                      lies inside the body",
                     names[body],
                     name.value,

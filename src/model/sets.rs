@@ -68,7 +68,7 @@ pub fn repeated_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error
             let is_obstacle = case.shape(&contact.target).is_some();
             let targets = if is_obstacle {
                 (other.target.value == contact.target.value)
-                    .then(|| format!("the rigid body '{}'", contact.target.value))
+                    .then(|| format!("the {} '{}'", case.noun(&contact.target), contact.target.value))
             } else {
                 let count = shared(&other.target, &contact.target);
                 (count > 0).then(|| format!("{count} facets of the target"))
