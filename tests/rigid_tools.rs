@@ -224,6 +224,31 @@ fn tools_do_not_depend_on_the_number_of_ranks() {
     }
 }
 
+/// Direct, preconditioned and staggered solutions agree, also on two ranks.
+#[test]
+fn solvers_agree_on_a_tool() {
+    let text = |solver: &str| indenter().replace("output:\n", &format!("solver: {solver}\noutput:\n"));
+    let short = |text: String| {
+        text.replace(
+            "end: 1, scheme: { static: { increments: 40 } }",
+            "end: 0.4, step: 0.025, scheme: static",
+        )
+    };
+    let tight = "newton: { tolerance: 1.0e-11, inexact: false }";
+    let direct = Results::of(&short(text(&format!("{{ linear: direct, {tight} }}"))), 1).table("rigid.csv");
+    for (solver, ranks) in [("filtered_amg", 2), ("gmres_asm_ilu", 2), ("two_stage", 1)] {
+        let solver = format!("{{ linear: {solver}, {tight} }}");
+        let other = Results::of(&short(text(&solver)), ranks).table("rigid.csv");
+        for column in ["force_x", "force_y", "torque_z"] {
+            let apart = apart(&direct.numbers(column), &other.numbers(column));
+            assert!(apart < 1e-8, "{solver} {column}: {apart:e}");
+        }
+    }
+    let staggered = Results::of(&short(text("{ strategy: staggered }")), 1).table("rigid.csv");
+    let apart = apart(&direct.numbers("force_x"), &staggered.numbers("force_x"));
+    assert!(apart < 1e-6, "staggered: {apart:e}");
+}
+
 /// A thin rod that a body would pass in one step is detected, although the body rests and the rod
 /// moves. Shorter steps meet it.
 #[test]
