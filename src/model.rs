@@ -14,6 +14,8 @@ use crate::case::{self, PlacedFunction, Units};
 use crate::contact::friction::Friction;
 use crate::contact::normal::NormalLaw;
 use crate::contact::obstacle::Shape;
+use crate::contact::rigid::BodyMotion;
+use crate::contact::target::RigidTarget;
 use crate::element::{Formulation, Kinematics};
 
 pub use meshes::{read_mesh, read_meshes};
@@ -25,6 +27,8 @@ pub struct Model<const D: usize> {
     pub units: Units,
     /// The deformable bodies.
     pub bodies: Vec<Body>,
+    /// The bodies of `rigid`. Those of `obstacles` are not among them.
+    pub rigid: Vec<RigidModel<D>>,
     /// The contacts.
     pub contacts: Vec<ContactModel<D>>,
     /// The displacement boundaries.
@@ -61,6 +65,15 @@ pub struct Rayleigh {
     pub stiffness: f64,
 }
 
+/// A rigid body.
+#[derive(Debug, Clone)]
+pub struct RigidModel<const D: usize> {
+    /// Name in the case file.
+    pub name: String,
+    /// Its motion.
+    pub motion: Rc<BodyMotion<D>>,
+}
+
 /// Distribution of the mass of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MassChoice {
@@ -87,8 +100,8 @@ pub use case::InitialOverclosure;
 /// Target of a contact.
 #[derive(Debug, Clone)]
 pub enum Target<const D: usize> {
-    /// A rigid obstacle.
-    Obstacle(Rc<dyn Shape<D>>),
+    /// A rigid body.
+    Obstacle(RigidTarget<D>),
     /// The facets of a set.
     Surface {
         /// Name of the set, `body.set` or `all`.
@@ -99,10 +112,10 @@ pub enum Target<const D: usize> {
 }
 
 impl<const D: usize> Target<D> {
-    /// The obstacle; `None` for a surface.
+    /// The shape of a rigid body in the reference configuration; `None` for a surface.
     pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         match self {
-            Self::Obstacle(shape) => Some(&**shape),
+            Self::Obstacle(target) => Some(&*target.shape),
             Self::Surface { .. } => None,
         }
     }
@@ -145,8 +158,8 @@ impl<const D: usize> ContactModel<D> {
     #[must_use]
     pub fn anchored(&self, near: &crate::tensor::Vector<D>) -> Self {
         let mut contact = self.clone();
-        if let Target::Obstacle(shape) = &mut contact.target {
-            *shape = shape.anchored(near).into();
+        if let Target::Obstacle(target) = &mut contact.target {
+            target.shape = target.shape.anchored(near).into();
         }
         contact
     }
@@ -233,19 +246,21 @@ pub struct ProbeModel<const D: usize> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Whether forces that conserve over a step have a symmetric matrix: all kinematics are linear
-    /// and all targets flat.
+    /// Whether forces that conserve over a step have a symmetric matrix: all kinematics are linear,
+    /// and all targets are flat and do not rotate.
     pub fn has_symmetric_steps(&self) -> bool {
         let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
         let flat = |contact: &ContactModel<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
-        self.bodies.iter().all(linear) && self.contacts.iter().all(flat)
+        let rotates = self.rigid.iter().any(|body| body.motion.rotates());
+        self.bodies.iter().all(linear) && self.contacts.iter().all(flat) && !rotates
     }
 
-    /// Times at which loads or supports, or their rates, may jump \[s\].
+    /// Times at which loads, supports or rigid bodies, or their rates, may jump \[s\].
     pub fn kinks(&self) -> Vec<f64> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let loads = self.loads.iter().flat_map(|load| load.kind.functions());
-        supports.chain(loads).flat_map(|function| function.kinks()).collect()
+        let rigid = self.rigid.iter().flat_map(|body| body.motion.functions());
+        supports.chain(loads).chain(rigid).flat_map(|function| function.kinks()).collect()
     }
 }
 

@@ -26,7 +26,8 @@ use crate::time::{Budget, Judgement, Scheme, StepControl};
 struct Memory {
     time: Option<Budget>,
     energy: Option<Budget>,
-    /// Largest displacement so far, root mean square \[m\].
+    /// Largest displacement so far \[m\]: root mean square of the bodies, or that of a rigid body where
+    /// it touches one.
     size: f64,
     /// Largest unexplained energy so far \[J\].
     drift: f64,
@@ -165,7 +166,9 @@ impl ErrorController {
     fn observe_size<const D: usize>(&mut self, system: &mut ContactSystem<D>, state: &State) -> Result<()> {
         let moved = sizes::mean_size(system, &state.u, self.weight)?;
         let about_to = self.step * sizes::mean_size(system, &state.v, self.weight)?;
-        self.memory.size = self.memory.size.max(moved).max(about_to);
+        // Tools set the scale of the motion as the bodies do that they move.
+        let carried = system.travel_of_tools(&state.u);
+        self.memory.size = self.memory.size.max(moved).max(about_to).max(carried);
         let size = self.memory.size;
         if let Some(budget) = &mut self.memory.time {
             budget.observe(size);

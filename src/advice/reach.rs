@@ -42,8 +42,8 @@ struct Way {
 ///
 /// Bodies can move as far as their own size, because an elastic body that is held would have to
 /// double its length. In addition they can move ten times `|u| + (|v| + |v_0|) T + a T^2 / 2`.
-/// This uses the largest prescribed displacement and velocity, the largest initial velocity,
-/// and all loads on the lightest body. There is no bound on the effect of a load in statics, or
+/// This uses the largest prescribed displacement and velocity, the largest displacement of a rigid
+/// body, the largest initial velocity, and all loads on the lightest body. There is no bound on the effect of a load in statics, or
 /// of a load that varies in time other than by a table. Surfaces with completely prescribed
 /// motion move exactly as prescribed.
 ///
@@ -173,6 +173,7 @@ fn way<const D: usize>(system: &mut ContactSystem<D>, model: &Model<D>, span: &S
     let even = (0..=steps as u32).map(|k| span.end * f64::from(k) / steps);
     let instants: Vec<f64> = even.chain(kinks.iter().copied()).collect();
     let [travel, speed] = system.bodies().supports().largest(&system.bodies().local().mesh.points, &instants);
+    let travel = travel.max(travel_of_rigid(model, &instants));
     let speed = speed + speed_at_start(system, model);
     let part = load(system, model, &kinks);
     let lightest = system.bodies().masses().into_iter().fold(f64::INFINITY, f64::min);
@@ -189,6 +190,24 @@ fn way<const D: usize>(system: &mut ContactSystem<D>, model: &Model<D>, span: &S
         (false, false) => 0.0,
     };
     Way { travel, flight }
+}
+
+/// Largest component of the displacement of any rigid body at `instants` \[m\]. There is no bound
+/// on the motion of the surface of a body that rotates.
+fn travel_of_rigid<const D: usize>(model: &Model<D>, instants: &[f64]) -> f64 {
+    let mut most = 0.0_f64;
+    for body in &model.rigid {
+        if body.motion.rotates() {
+            return f64::INFINITY;
+        }
+        let values = body
+            .motion
+            .translation
+            .iter()
+            .flat_map(|function| instants.iter().map(move |&time| function.value([0.0; 3], time).abs()));
+        most = values.fold(most, f64::max);
+    }
+    most
 }
 
 /// Sum of the loads on this rank's nodes, as the largest value at `instants` \[N\].

@@ -11,6 +11,7 @@ use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::normal::PressedSide;
 use crate::contact::obstacle::Shape;
 use crate::contact::point::{ContactLaw, Status};
+use crate::contact::rigid::MotionStep;
 use crate::contact::state::{Changes, ContactState, SquaredForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
@@ -30,6 +31,8 @@ pub struct LocalContact<const D: usize> {
     pub pair: ContactPair<D>,
     /// State and history of its points.
     pub state: ContactState<D>,
+    /// Name of the target in the case file.
+    pub target_name: String,
     /// Indices of the bodies in this contact, each once.
     pub bodies: Vec<usize>,
     /// Mean size of the contactor's facets \[m\].
@@ -81,7 +84,7 @@ impl<const D: usize> LocalContact<D> {
             friction: contact.friction,
         };
         let (target, opposite) = match &contact.target {
-            Target::Obstacle(shape) => (ContactTarget::Obstacle(shape.clone()), &[][..]),
+            Target::Obstacle(target) => (ContactTarget::Obstacle(target.clone()), &[][..]),
             Target::Surface { set, .. } => {
                 let unknown = TargetSurface::new(TargetFacets::default(), &[]);
                 (ContactTarget::Body(unknown), facets_of(local, set)?)
@@ -101,6 +104,7 @@ impl<const D: usize> LocalContact<D> {
             name: contact.name.clone(),
             state: ContactState::new(vertices.surface.vertices().len()),
             pair: ContactPair::new(vertices, outline, &local.mesh, opposite, measures.radii),
+            target_name: contact.target_name.clone(),
             bodies: contact.all_bodies(),
             facet_size: measures.facet_size,
             beneath: contact.softer / measures.facet_size,
@@ -122,6 +126,19 @@ impl<const D: usize> LocalContact<D> {
     /// The obstacle, if the target is one.
     pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         self.pair.contact.target.obstacle()
+    }
+
+    /// The target, with what it needs to know of the step.
+    pub fn target(&self) -> &ContactTarget<D> {
+        &self.pair.contact.target
+    }
+
+    /// Places a moving rigid target for the evaluations of a step.
+    ///
+    /// # Errors
+    /// A value of its motion is not finite, at its position in the case.
+    pub fn place(&mut self, step: &MotionStep) -> Result<()> {
+        self.pair.contact.target.place(step)
     }
 
     /// Largest extent of a facet of either side \[m\]. For an obstacle, the mean size of the

@@ -33,6 +33,8 @@ pub type NamedFields = Vec<(String, Vec<f64>)>;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SystemState {
     laws: Vec<ChangedLaw>,
+    /// Load factor of the state.
+    factor: f64,
     matrix: Option<usize>,
     search: Option<usize>,
     pattern: Option<usize>,
@@ -224,6 +226,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn state(&self, sources: &mut Sources) -> SystemState {
         SystemState {
             laws: self.contacts.iter().map(LocalContact::changed_law).collect(),
+            factor: self.continuation.start_factor,
             matrix: self.matrix_source.as_ref().map(|source| sources.matrix(source)),
             search: self.search.as_ref().map(|source| sources.search(source)),
             pattern: self.pattern_search.as_ref().map(|source| sources.search(source)),
@@ -251,6 +254,7 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(source) = state.search.and_then(|number| sources.searches.get(number)) {
             self.search_again(source)?;
         }
+        self.continuation.start_factor = state.factor;
         let names = History::<D>::names();
         for (number, (contact, law)) in self.contacts.iter_mut().zip(&state.laws).enumerate() {
             let columns = tables.contact_block(number, &names)?;

@@ -38,6 +38,7 @@ mod supports;
 mod system;
 mod tangent;
 pub mod targets;
+mod tools;
 
 pub use augmentation::depths;
 pub use bodies::Bodies;
@@ -52,3 +53,4 @@ pub use start::Overclosure;
 pub use state_part::{StatePart, from_numbers, named, numbers_of};
 pub use supports::{Supports, in_space};
 pub use system::{ContactSystem, SystemOptions};
+pub use tools::ToolState;

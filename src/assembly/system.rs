@@ -15,7 +15,7 @@ use crate::contact::state::{Changes, Hold};
 use crate::dynamics::{Continuation, MatrixSource, OverStep, SearchSource, Split, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
-use crate::model::Model;
+use crate::model::{Model, RigidModel};
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Matrix, Session, Vector};
 
@@ -74,6 +74,10 @@ pub struct ContactSystem<const D: usize> {
     /// Whether the matrix of forces that conserve over a step is symmetric: everything is linear,
     /// and targets are flat.
     pub(super) symmetric_steps: bool,
+    /// Rigid bodies that move.
+    pub(super) tools: Vec<RigidModel<D>>,
+    /// Load factor of the last evaluated state.
+    pub(super) factor: f64,
     /// Stiffness in the unit rows of prescribed unknowns \[N/m\].
     pub(super) unit: f64,
     pub(super) phases: Phases,
@@ -128,6 +132,8 @@ impl<const D: usize> ContactSystem<D> {
             forces,
             symmetric_steps: model.has_symmetric_steps(),
             unit: unit(model, extent.size, &bodies.local),
+            tools: model.rigid.clone(),
+            factor: 0.0,
             bodies,
             contacts,
             external,
@@ -137,7 +143,7 @@ impl<const D: usize> ContactSystem<D> {
                 external: vec![0.0; rows],
             },
             overclosures,
-            continuation: Continuation::default(),
+            continuation: Continuation { start_factor: 0.0, ..Continuation::default() },
             split: Split::Monolithic,
             fault: None,
             trouble: None,
@@ -225,14 +231,22 @@ impl<const D: usize> ContactSystem<D> {
             state.begin();
             contact.remember_multipliers();
         }
+        self.continuation.start_factor = self.factor;
         stage.start_forces.copy_from(&self.forces)?;
         self.bodies.rest_massless(&mut stage.start_forces);
         Ok(())
     }
 
-    /// Sets how the equations differ from those of the scene.
+    /// Sets how the equations differ from those of the scene. The factor of the accepted state at
+    /// the start of the step stays.
     pub fn set_continuation(&mut self, continuation: Continuation) {
-        self.continuation = continuation;
+        let start_factor = self.continuation.start_factor;
+        self.continuation = Continuation { start_factor, ..continuation };
+    }
+
+    /// Sets the load factor of the state at the start of the step.
+    pub fn set_start_factor(&mut self, start_factor: f64) {
+        self.continuation.start_factor = start_factor;
     }
 
     /// Whether any contact has friction.
@@ -272,6 +286,7 @@ impl<const D: usize> ContactSystem<D> {
             contact.remember_multipliers();
             contact.begin_step();
         }
+        self.continuation.start_factor = self.factor;
         stage.start_forces.copy_from(&self.forces)?;
         self.bodies.rest_massless(&mut stage.start_forces);
         self.bodies.calm_massless(stage)?;

@@ -24,6 +24,7 @@ impl<const D: usize> ContactSystem<D> {
         target: MatrixTarget,
         mut lift: Option<Lift>,
     ) -> Result<()> {
+        self.place_targets(stage);
         let damping = self.bodies.damping.as_ref();
         let damping = damping.filter(|_| terms.contains(Terms::DAMPING) && self.continuation.damped);
         if let (Some(damping), Some(Lift { change, rhs })) = (damping, &mut lift) {

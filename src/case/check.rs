@@ -4,6 +4,7 @@ mod accuracy;
 mod body;
 mod boundary;
 mod contact;
+mod rigid;
 mod run;
 
 use super::{At, Case, Mesh};
@@ -22,6 +23,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
         check.body(name, body);
     }
     case.obstacles.values().for_each(|obstacle| check.obstacle(obstacle));
+    case.rigid.iter().for_each(|(name, body)| check.rigid(name, body));
     case.contact.iter().for_each(|(_, contact)| check.contact(contact));
     check.pairs();
     case.boundary.iter().for_each(|(name, boundary)| check.boundary(name, boundary));
@@ -60,6 +62,7 @@ impl Check<'_> {
         let mut all: Vec<(&str, &At<String>)> = Vec::new();
         all.extend(case.bodies.iter().map(|(name, _)| ("bodies", name)));
         all.extend(case.obstacles.iter().map(|(name, _)| ("obstacles", name)));
+        all.extend(case.rigid.iter().map(|(name, _)| ("rigid", name)));
         all.extend(case.contact.iter().map(|(name, _)| ("contact", name)));
         all.extend(case.boundary.iter().map(|(name, _)| ("boundary", name)));
         all.extend(case.output.probes.iter().map(|(name, _)| ("probes", name)));
@@ -70,14 +73,22 @@ impl Check<'_> {
                 self.found.cure("names consist of letters, digits, '_' and '-'");
             }
         }
-        let places =
-            case.bodies.iter().map(|(name, _)| name).chain(case.obstacles.iter().map(|(name, _)| name));
+        let places = case.bodies.iter().map(|(name, _)| name).chain(case.shapes().map(|(name, _)| name));
         for name in places.filter(|name| name.value == super::ALL) {
             self.found.say(name.place, "the name `all` is reserved for the whole surface of all bodies");
             self.found.cure("choose another name");
         }
         for (name, _) in case.obstacles.iter().filter(|(name, _)| case.bodies.get(name).is_some()) {
             self.found.say(name.place, format!("'{}' names both a body and an obstacle", name.value));
+        }
+        for (name, _) in case.rigid.iter() {
+            let other = match (case.bodies.get(name), case.obstacles.get(name)) {
+                (Some(_), _) => "a body",
+                (None, Some(_)) => "an obstacle",
+                (None, None) => continue,
+            };
+            self.found.say(name.place, format!("'{}' names both a rigid body and {other}", name.value));
+            self.found.cure("choose another name");
         }
         for (name, _) in case.petsc.iter() {
             let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
@@ -94,6 +105,9 @@ impl Check<'_> {
         let Some(body) = self.case.bodies.get(name) else {
             let complaint = if self.case.obstacles.get(name).is_some() {
                 Complaint::new(format!("expected a body, but '{name}' is an obstacle"))
+            } else if self.case.rigid.get(name).is_some() {
+                Complaint::new(format!("expected a deformable body, but '{name}' is a rigid body"))
+                    .hint("a rigid body moves by `rigid: NAME: motion`")
             } else {
                 Complaint::unknown("body", name, self.case.bodies.names())
             };

@@ -13,6 +13,7 @@ mod guard;
 mod output;
 mod petsc;
 mod reference;
+mod rigid;
 mod solver;
 mod start;
 mod time;
@@ -38,6 +39,7 @@ pub use guard::Guard;
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
+pub use rigid::{Rigid, RigidMotion, Rotation};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::Time;
@@ -74,9 +76,12 @@ pub struct Case {
     pub dimension: At<u32>,
     /// Deformable bodies by name.
     pub bodies: At<Named<Body>>,
-    /// Rigid targets by name.
+    /// Rigid targets at rest by name.
     #[serde(default)]
     pub obstacles: Named<Obstacle>,
+    /// Rigid bodies with prescribed motion by name.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub rigid: Named<Rigid>,
     /// Pairs of surfaces that may touch, by name. `all` instead of names: all surfaces may touch
     /// each other and all obstacles, without friction.
     #[serde(default, deserialize_with = "contact::contacts")]
@@ -174,7 +179,9 @@ impl Case {
                 cuboid.element.get_or_insert(element.into());
             }
         }
-        for (name, contact) in contact::with_obstacles(&self.contact, self.obstacles.names()) {
+        for (name, contact) in
+            contact::with_obstacles(&self.contact, self.shapes().map(|(name, _)| name.as_str()))
+        {
             self.contact.push(name, contact);
         }
         match &self.time.scheme.value {
@@ -228,13 +235,13 @@ impl Case {
     pub fn has_unsymmetric_steps(&self) -> bool {
         self.time.scheme.value.conserves()
             && (self.bodies.values().any(|body| body.kinematics == Kinematics::Finite)
-                || !self.meets_planes_only())
+                || !self.meets_planes_only()
+                || self.rigid.values().any(Rigid::rotates))
     }
 
     /// Whether the target of every contact is a plane.
     fn meets_planes_only(&self) -> bool {
-        let is_plane =
-            |contact: &Contact| self.obstacles.get(&contact.target).is_some_and(Obstacle::is_plane);
+        let is_plane = |contact: &Contact| self.shape(&contact.target).is_some_and(Obstacle::is_plane);
         self.contact.values().all(is_plane)
     }
 
@@ -242,6 +249,21 @@ impl Case {
     /// needs symmetry gets the symmetric part, for more iterations of Newton's method.
     pub fn has_unsymmetric_contact(&self) -> bool {
         !self.solver.linear.needs_symmetry() && !self.meets_planes_only()
+    }
+
+    /// The shape of the rigid body with this name.
+    pub fn shape(&self, name: &str) -> Option<&Obstacle> {
+        self.obstacles.get(name).or_else(|| self.rigid.get(name).map(|body| &body.shape))
+    }
+
+    /// What messages call the rigid body with this name.
+    pub fn noun(&self, name: &str) -> &'static str {
+        if self.obstacles.get(name).is_some() { "obstacle" } else { "rigid body" }
+    }
+
+    /// Names and shapes of all rigid bodies.
+    pub fn shapes(&self) -> impl Iterator<Item = (&At<String>, &Obstacle)> {
+        self.obstacles.iter().chain(self.rigid.iter().map(|(name, body)| (name, &body.shape)))
     }
 
     /// Whether the case has no inertia.
@@ -267,7 +289,7 @@ impl Case {
         asked
             && moves
             && penalties.peek().is_some()
-            && penalties.all(|contact| !conserves || self.obstacles.get(&contact.target).is_some())
+            && penalties.all(|contact| !conserves || self.shape(&contact.target).is_some())
     }
 
     /// The completed case as YAML.

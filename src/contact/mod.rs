@@ -1,7 +1,8 @@
 //! Contact: obstacles (2.2), normal and friction laws (2.8), (2.9), every term of (3.5) under its
 //! name, and the history of contact points.
 //!
-//! A contactor surface is in contact with a rigid obstacle or with the facets of a deformable body.
+//! A contactor surface is in contact with a rigid body, at rest or moving ([`rigid`]), or with the
+//! facets of a deformable body.
 //! The contact points are the vertices of the contactor ([`mortar`]).
 //!
 //! This module is independent of PETSc, MPI and the case file.
@@ -20,6 +21,7 @@ pub mod obstacle;
 mod pair_scene;
 pub mod passage;
 pub mod point;
+pub mod rigid;
 pub mod state;
 pub mod surface;
 pub mod target;

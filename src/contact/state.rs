@@ -9,7 +9,8 @@ pub use super::held::Keep;
 use super::history::History;
 use super::multipliers::Multipliers;
 use super::point::{Frozen, Manner, PointState, Status};
-use crate::tensor::Vector;
+use super::rigid::{BodyFrame, TargetLoad};
+use crate::tensor::{Tensor, Vector};
 
 /// Changes of the points between two iterates. Sum them over contacts and ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -146,6 +147,8 @@ pub struct ContactState<const D: usize> {
     doubtful: bool,
     /// Gaps of this size are rounding \[m\].
     touching: f64,
+    /// Load on a moving rigid target at the last evaluation of the forces; zero for other targets.
+    pub load: TargetLoad<D>,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -160,6 +163,35 @@ impl<const D: usize> ContactState<D> {
             adjusted: Vec::new(),
             doubtful: false,
             touching: 0.0,
+            load: TargetLoad::default(),
+        }
+    }
+
+    /// The state as seen from the frame of a moving target.
+    pub fn seen_from(&self, frame: &BodyFrame<D>) -> Self {
+        let mut seen = self.clone();
+        let [from_start, from_end] = [frame.at_start(), frame.at_end()].map(Tensor::transpose);
+        for history in &mut seen.history {
+            history.friction_traction = from_start * history.friction_traction;
+            history.normal = from_start * history.normal;
+        }
+        seen.held.iter_mut().for_each(|held| held.friction_traction = from_end * held.friction_traction);
+        seen
+    }
+
+    /// Takes over the points of a state that was evaluated in the frame of a moving target.
+    pub fn adopt(&mut self, frame: &BodyFrame<D>, seen: Self) {
+        self.current = seen.current;
+        let to_space = frame.at_end();
+        for point in &mut self.current {
+            for vector in [
+                &mut point.normal,
+                &mut point.friction_traction,
+                &mut point.slip_velocity,
+                &mut point.slip_increment,
+            ] {
+                *vector = to_space * *vector;
+            }
         }
     }
 

@@ -4,6 +4,9 @@ use std::rc::Rc;
 
 use super::nodal::at;
 use super::obstacle::Shape;
+use super::passage::Path;
+use super::rigid::{BodyFrame, BodyMotion, MotionStep};
+use crate::error::Result;
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;
 
@@ -101,13 +104,38 @@ impl<const D: usize> TargetSurface<D> {
     }
 }
 
+/// A rigid target: its shape and, if it moves, its motion.
+#[derive(Debug, Clone)]
+pub struct RigidTarget<const D: usize> {
+    /// The shape in the reference configuration, which is its body frame.
+    pub shape: Rc<dyn Shape<D>>,
+    /// The prescribed motion; `None` for a target at rest.
+    pub motion: Option<Rc<BodyMotion<D>>>,
+    /// The frame of the last placed step; `None` for a target at rest.
+    frame: Option<Box<BodyFrame<D>>>,
+}
+
+impl<const D: usize> RigidTarget<D> {
+    /// A target with this motion. It is not placed yet.
+    pub fn moving(shape: Rc<dyn Shape<D>>, motion: Option<Rc<BodyMotion<D>>>) -> Self {
+        Self { shape, motion, frame: None }
+    }
+}
+
+/// A target at rest.
+impl<const D: usize> From<Rc<dyn Shape<D>>> for RigidTarget<D> {
+    fn from(shape: Rc<dyn Shape<D>>) -> Self {
+        Self::moving(shape, None)
+    }
+}
+
 /// Target of a contactor.
 #[derive(Debug, Clone)]
 pub enum ContactTarget<const D: usize> {
     /// Facets of a deformable body.
     Body(TargetSurface<D>),
-    /// A rigid obstacle: one target facet, number 0, without nodes.
-    Obstacle(Rc<dyn Shape<D>>),
+    /// A rigid body: one target facet, number 0, without nodes.
+    Obstacle(RigidTarget<D>),
 }
 
 impl<const D: usize> ContactTarget<D> {
@@ -119,12 +147,54 @@ impl<const D: usize> ContactTarget<D> {
         }
     }
 
-    /// The obstacle; `None` for a body.
+    /// The shape of a rigid target in its body frame; `None` for a body.
     pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         match self {
             Self::Body(_) => None,
-            Self::Obstacle(shape) => Some(&**shape),
+            Self::Obstacle(target) => Some(&*target.shape),
         }
+    }
+
+    /// Places a moving rigid target for the evaluations of a step. Others stay as they are.
+    ///
+    /// # Errors
+    /// A value of the motion is not finite, at its position in the case.
+    pub fn place(&mut self, step: &MotionStep) -> Result<()> {
+        if let Self::Obstacle(RigidTarget { motion: Some(motion), frame, .. }) = self {
+            *frame = Some(Box::new(BodyFrame::new(motion, step)?));
+        }
+        Ok(())
+    }
+
+    /// The frame in which a moving rigid target is at rest; `None` for other targets.
+    pub fn frame(&self) -> Option<&BodyFrame<D>> {
+        match self {
+            Self::Body(_) => None,
+            Self::Obstacle(target) => target.frame.as_deref(),
+        }
+    }
+
+    /// Whether the target is a rigid body that moves.
+    pub fn is_moving(&self) -> bool {
+        matches!(self, Self::Obstacle(RigidTarget { motion: Some(_), .. }))
+    }
+
+    /// The path of a point over the step as a rigid target sees it.
+    pub fn see(&self, path: Path<D>) -> Path<D> {
+        match self.frame() {
+            None => path,
+            Some(frame) => Path { start: frame.see_start(&path.start), end: frame.see_end(&path.end) },
+        }
+    }
+
+    /// Motion of a rigid target over the step at a position at its start \[m\].
+    pub fn carries(&self, x: &Vector<D>) -> Vector<D> {
+        self.frame().map_or_else(Vector::zeros, |frame| frame.carries(x))
+    }
+
+    /// Velocity of a rigid target at a position, at the start of the step \[m/s\].
+    pub fn velocity_at_start(&self, x: &Vector<D>) -> Vector<D> {
+        self.frame().map_or_else(Vector::zeros, |frame| frame.velocity_at_start(x))
     }
 
     /// Nodes of a facet as indices into the field arrays.

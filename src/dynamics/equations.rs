@@ -35,6 +35,8 @@ pub enum FrictionMode {
 pub struct Continuation {
     /// Factor on loads and prescribed displacements.
     pub load_factor: f64,
+    /// Load factor of the state at the start of the step.
+    pub start_factor: f64,
     /// Whether friction acts as given or is switched off.
     pub friction: FrictionMode,
     /// Whether the damping of bodies acts.
@@ -58,6 +60,7 @@ impl Default for Continuation {
     fn default() -> Self {
         Self {
             load_factor: 1.0,
+            start_factor: 1.0,
             friction: FrictionMode::AsGiven,
             damped: true,
             spring: 0.0,

@@ -16,6 +16,8 @@ use crate::terms::Terms;
 pub struct StageSettings {
     /// Time of the trial state \[s\].
     pub time: f64,
+    /// Time of the start of the step \[s\].
+    start_time: f64,
     /// Length of the step \[s\].
     pub dt: f64,
     shifts: Shifts,
@@ -33,6 +35,7 @@ impl StageSettings {
     pub fn of(stage: &Stage, continuation: Continuation, split: Split) -> Self {
         Self {
             time: stage.trial.time,
+            start_time: stage.start.time,
             dt: stage.dt,
             shifts: stage.shifts,
             balance: stage.balance,
@@ -46,6 +49,7 @@ impl StageSettings {
     /// Gives the stage these settings.
     pub fn apply_to(&self, stage: &mut Stage) {
         stage.trial.time = self.time;
+        stage.start.time = self.start_time;
         stage.dt = self.dt;
         stage.shifts = self.shifts;
         stage.balance = self.balance;

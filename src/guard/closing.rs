@@ -33,6 +33,8 @@ pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec
     let count = system.contacts().len();
     let targets = target_velocities(system, stage);
     let velocity = stage.start.v.local();
+    let start = stage.start.u.local();
+    let displacement = |node: u32| Point::<D>::from_column_slice(&start[node as usize * D..][..D]);
     let mut sums = vec![0u64; 3 * count];
     let mut speeds = vec![0.0f64; count];
     for (k, (contact, of_target)) in system.contacts().iter().zip(&targets).enumerate() {
@@ -51,6 +53,8 @@ pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec
             }
             let normal = state.current[point].normal;
             let own = Point::<D>::from_column_slice(&velocity[node as usize * D..][..D]);
+            let place = contact.reference_point(point) + displacement(node);
+            let of_target = of_target + contact.target().velocity_at_start(&place);
             speeds[k] = speeds[k].max((of_target - own).dot(&normal));
         }
     }
@@ -69,7 +73,7 @@ pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec
     system.contacts().iter().enumerate().map(closing).collect()
 }
 
-/// Mean velocity of each target surface at the start of the step \[m/s\]; zero for an obstacle.
+/// Mean velocity of each deformable target at the start of the step \[m/s\]; zero for a rigid one.
 /// Collective.
 fn target_velocities<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<Point<D>> {
     let velocity = stage.start.v.local();

@@ -1,12 +1,18 @@
 //! Conversion of the case to the model: resolves names and builds bodies, boundaries, probes and
 //! contacts in the order of the file.
 
+use std::rc::Rc;
+
 use super::{
-    Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Rayleigh, Support, Target, lengths,
+    Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Rayleigh, RigidModel, Support, Target,
+    lengths,
 };
 use crate::case::{self, Action, Case, Function, PlacedFunction};
+use crate::contact::rigid::BodyMotion;
+use crate::contact::target::RigidTarget;
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
+use crate::tensor::Vector;
 
 impl<const D: usize> Model<D> {
     /// Builds the laws and resolves the names of a checked case.
@@ -16,11 +22,15 @@ impl<const D: usize> Model<D> {
     pub fn new(case: &Case) -> Result<Self> {
         let bodies: Vec<Body> =
             case.bodies.iter().map(|(name, b)| body(case, name, b)).collect::<Result<_>>()?;
-        let contacts = case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, name, contact));
+        let rigid: Vec<RigidModel<D>> =
+            case.rigid.iter().map(|(name, body)| rigid(case, name, body)).collect();
+        let contacts =
+            case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, &rigid, name, contact));
         let contacts = contacts.collect::<Result<_>>()?;
         let mut model = Self {
             units: case.units,
             bodies,
+            rigid,
             contacts,
             supports: Vec::new(),
             loads: Vec::new(),
@@ -63,11 +73,20 @@ impl<const D: usize> Model<D> {
         Ok(())
     }
 
-    fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> Result<ContactModel<D>> {
+    fn contact(
+        case: &Case,
+        bodies: &[Body],
+        rigid: &[RigidModel<D>],
+        name: &str,
+        contact: &case::Contact,
+    ) -> Result<ContactModel<D>> {
         let owners = owners(bodies, &contact.contactor)?;
         let within = |error: Error| error.within(&format!("contact.{name}"));
-        let target = match case.obstacles.get(&contact.target) {
-            Some(obstacle) => Target::Obstacle(obstacle.shape()),
+        let target = match case.shape(&contact.target) {
+            Some(shape) => {
+                let body = rigid.iter().find(|body| body.name == contact.target.value);
+                Target::Obstacle(RigidTarget::moving(shape.shape(), body.map(|body| body.motion.clone())))
+            }
             None => {
                 let set = contact.target.value.clone();
                 let bodies = self::owners(bodies, &set).map_err(within)?;
@@ -96,6 +115,31 @@ impl<const D: usize> Model<D> {
             initial_overclosure: contact.initial_overclosure,
         })
     }
+}
+
+/// The motion of a rigid body. A body that nothing moves has one that is zero.
+fn rigid<const D: usize>(case: &Case, name: &str, body: &case::Rigid) -> RigidModel<D> {
+    let zero = || PlacedFunction::from(Function::constant(0.0));
+    let motion = body.motion.as_ref();
+    let translation = motion.and_then(|motion| motion.translation.as_ref());
+    let translation = translation.map_or([None; 3], |translation| translation.as_array());
+    let rotation = motion.and_then(|motion| motion.rotation.as_ref());
+    let about = rotation.and_then(|rotation| rotation.about.as_ref());
+    let centre = about.map_or_else(|| body.shape.centre(), |about| lengths(about).into());
+    let axis: [f64; 3] = match rotation.and_then(|rotation| rotation.axis.as_ref()) {
+        Some(axis) => {
+            let axis = Vector::<3>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.value));
+            axis.normalize().into()
+        }
+        None => [0.0, 0.0, 1.0],
+    };
+    let motion = BodyMotion {
+        centre,
+        axis,
+        translation: std::array::from_fn(|i| translation[i].map_or_else(zero, |f| case.function(f))),
+        angle: rotation.map_or_else(zero, |rotation| case.function(&rotation.angle)),
+    };
+    RigidModel { name: name.to_owned(), motion: Rc::new(motion) }
 }
 
 fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {

@@ -65,7 +65,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             refuse_or_remark(case, [names[inner], names[outer]], message, &mut remarks)?;
         }
     }
-    for (name, obstacle) in case.obstacles.iter() {
+    for (name, obstacle) in case.shapes() {
         for body in 0..names.len() {
             let Some(core) = obstacle.shape::<D>().core() else { continue };
             let centre: [f64; D] = core.nearest(&Vector::from(around[body].centre())).into();
@@ -75,8 +75,9 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             }
             let near = elements[body].iter().copied().filter(|&e| around_element(mesh, e).meets(&at));
             if locate(mesh, near, &centre).is_some() {
+                let noun = case.noun(name);
                 let message = format!(
-                    "body '{}' and obstacle '{}' overlap at the start: the centre of the obstacle at {} {m} \
+                    "body '{}' and {noun} '{}' overlap at the start: the centre of the {noun} at {} {m} \
                      lies inside the body",
                     names[body],
                     name.value,

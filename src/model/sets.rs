@@ -14,7 +14,7 @@ pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let mut look = |on, surface| faults.extend(require(case, mesh, on, surface).err());
     for (_, contact) in case.contact.iter() {
         look(&contact.contactor, true);
-        if case.obstacles.get(&contact.target).is_none() {
+        if case.shape(&contact.target).is_none() {
             look(&contact.target, true);
         }
     }
@@ -65,10 +65,10 @@ pub fn repeated_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error
             if contactors == 0 {
                 continue;
             }
-            let is_obstacle = case.obstacles.get(&contact.target).is_some();
+            let is_obstacle = case.shape(&contact.target).is_some();
             let targets = if is_obstacle {
                 (other.target.value == contact.target.value)
-                    .then(|| format!("the obstacle '{}'", contact.target.value))
+                    .then(|| format!("the {} '{}'", case.noun(&contact.target), contact.target.value))
             } else {
                 let count = shared(&other.target, &contact.target);
                 (count > 0).then(|| format!("{count} facets of the target"))

@@ -3,7 +3,8 @@
 //! [`MOMENTUM_COLUMNS`] a vector in `momentum.csv`.
 
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
-use crate::assembly::ContactSystem;
+use super::rigid::RigidReport;
+use crate::assembly::{ContactSystem, ToolState};
 use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::{Vector, sum_over_ranks};
@@ -22,7 +23,7 @@ pub struct Energies {
     pub friction_dissipated: f64,
     /// Heat from damping since the start.
     pub damping_dissipated: f64,
-    /// Work of loads and supports since the start.
+    /// Work of loads, supports and rigid bodies since the start.
     pub external_work: f64,
     /// Numerical loss since the start: work done, minus gain of energy, minus heat.
     pub numerical: f64,
@@ -60,7 +61,9 @@ pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
         energies.friction_dissipated
     }),
     energy("damping_dissipated", "heat from damping since the start", |energies| energies.damping_dissipated),
-    energy("external_work", "work of loads and supports since the start", |energies| energies.external_work),
+    energy("external_work", "work of loads, supports and moving rigid bodies since the start", |energies| {
+        energies.external_work
+    }),
     energy("numerical", "energy that the balance leaves over", |energies| energies.numerical),
     energy("total", "sum of kinetic, strain and contact energy", Energies::total),
 ];
@@ -103,6 +106,10 @@ pub struct EnergyLedger {
     damped: bool,
     /// Damping forces at the start of the step \[N\]; empty without damping.
     damping: Vec<f64>,
+    /// Forces of the rigid bodies at the start of the step, and their work.
+    rigid: Vec<RigidWork>,
+    /// Rigid bodies at the end of the last step.
+    tools: Vec<ToolState>,
     at_start: f64,
     now: Energies,
     momentum: Momentum,
@@ -119,10 +126,21 @@ pub struct EnergyLedger {
 pub struct SavedLedger {
     drive: Vec<f64>,
     damping: Vec<f64>,
+    rigid: Vec<RigidWork>,
+    tools: Vec<ToolState>,
     now: Energies,
     momentum: Momentum,
     last: Option<LoadStep>,
     work_error: f64,
+}
+
+/// Force that a rigid body exerts, and its work since the start.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+struct RigidWork {
+    /// Force \[N\], then torque about the reference point \[N m\], on the deformable bodies.
+    exerted: [f64; 6],
+    /// Work \[J\].
+    work: f64,
 }
 
 /// Energies at the end of a step, and heat and work of the step \[J\].
@@ -143,6 +161,8 @@ struct LoadStep {
     drive: Vec<f64>,
     /// Change of the displacement \[m\].
     motion: Vec<f64>,
+    /// Change of the force of each rigid body, and its motion, the same on all ranks.
+    rigid: Vec<[[f64; 6]; 2]>,
     /// Length of the step \[s\].
     dt: f64,
     /// `sum |dF_i du_i|` over all ranks \[J\].
@@ -152,7 +172,7 @@ struct LoadStep {
 }
 
 /// State of a ledger between steps, except for its [fields](EnergyLedger::fields).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balances {
     /// Energy at the start \[J\].
     pub at_start: f64,
@@ -162,9 +182,23 @@ pub struct Balances {
     pub work_error: f64,
     /// Whether bodies are damped.
     damped: bool,
-    /// Length of the previous load step \[s\], the product of its changes \[J\], and whether it was
-    /// the first one. It is `None` in dynamics.
-    last: Option<(f64, f64, bool)>,
+    /// Forces and work of the rigid bodies.
+    rigid: Vec<RigidWork>,
+    /// The previous load step. It is `None` in dynamics.
+    last: Option<LastLoadStep>,
+}
+
+/// The previous load step, except for its fields.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct LastLoadStep {
+    /// Its length \[s\].
+    dt: f64,
+    /// The product of its changes \[J\].
+    area: f64,
+    /// Whether it was the first one.
+    first: bool,
+    /// Change of the force of each rigid body, and its motion.
+    rigid: Vec<[[f64; 6]; 2]>,
 }
 
 impl EnergyLedger {
@@ -177,6 +211,8 @@ impl EnergyLedger {
             drive: vec![0.0; reactions.owned_len()],
             damped: false,
             damping: Vec::new(),
+            rigid: Vec::new(),
+            tools: Vec::new(),
             at_start: 0.0,
             now: Energies::default(),
             momentum: Momentum::default(),
@@ -189,9 +225,21 @@ impl EnergyLedger {
 
     /// Returns the numbers that are needed to resume.
     pub fn balances(&self) -> Balances {
-        let last = self.last.as_ref().map(|last| (last.dt, last.area, last.first));
-        let Self { at_start, now, work_error, .. } = *self;
-        Balances { at_start, now, work_error, damped: self.damped, last }
+        let last = self.last.as_ref().map(|last| LastLoadStep {
+            dt: last.dt,
+            area: last.area,
+            first: last.first,
+            rigid: last.rigid.clone(),
+        });
+        let rigid = self.rigid.clone();
+        Balances {
+            at_start: self.at_start,
+            now: self.now,
+            work_error: self.work_error,
+            damped: self.damped,
+            rigid,
+            last,
+        }
     }
 
     /// Returns the fields that are needed to resume, on owned unknowns.
@@ -209,7 +257,8 @@ impl EnergyLedger {
     /// # Errors
     /// A field is missing.
     pub fn resume(&mut self, balances: Balances, field: impl Fn(&str) -> Result<Vec<f64>>) -> Result<()> {
-        let Balances { at_start, now, work_error, damped, last } = balances;
+        let Balances { at_start, now, work_error, damped, rigid, last } = balances;
+        self.rigid = rigid;
         self.at_start = at_start;
         self.now = now;
         self.work_error = work_error;
@@ -219,8 +268,9 @@ impl EnergyLedger {
             self.damping = field("damping")?;
         }
         self.last = match last {
-            Some((dt, area, first)) => {
-                Some(LoadStep { drive: field("last_drive")?, motion: field("last_motion")?, dt, area, first })
+            Some(LastLoadStep { dt, area, first, rigid }) => {
+                let (drive, motion) = (field("last_drive")?, field("last_motion")?);
+                Some(LoadStep { drive, motion, rigid, dt, area, first })
             }
             None => None,
         };
@@ -266,9 +316,9 @@ impl EnergyLedger {
         stage: &mut Stage,
     ) -> Result<Energies> {
         let dt = stage.dt;
-        let before = (!stage.inertia).then(|| self.drive.clone());
+        let before = (!stage.inertia).then(|| (self.drive.clone(), self.rigid.clone()));
         let StepEnergies { kinetic, strain, contact, heat, damping, work } = self.step(system, stage, dt)?;
-        before.map_or(Ok(()), |before| self.add_work_error(system, stage, &before))?;
+        before.map_or(Ok(()), |(drive, rigid)| self.add_work_error(system, stage, &drive, &rigid))?;
         let friction_dissipated = self.now.friction_dissipated + heat;
         let damping_dissipated = self.now.damping_dissipated + damping;
         let external_work = self.now.external_work + work;
@@ -291,6 +341,8 @@ impl EnergyLedger {
         SavedLedger {
             drive: self.drive.clone(),
             damping: self.damping.clone(),
+            rigid: self.rigid.clone(),
+            tools: self.tools.clone(),
             now: self.now,
             momentum: self.momentum,
             last: self.last.clone(),
@@ -300,8 +352,10 @@ impl EnergyLedger {
 
     /// Restores the saved state, because the step since then is repeated.
     pub fn restore(&mut self, saved: SavedLedger) {
-        let SavedLedger { drive, damping, now, momentum, last, work_error } = saved;
+        let SavedLedger { drive, damping, rigid, tools, now, momentum, last, work_error } = saved;
         self.drive = drive;
+        self.rigid = rigid;
+        self.tools = tools;
         self.damping = damping;
         self.now = now;
         self.momentum = momentum;
@@ -312,6 +366,13 @@ impl EnergyLedger {
     /// Energies at the end of the last step.
     pub fn now(&self) -> &Energies {
         &self.now
+    }
+
+    /// Rigid bodies at the end of the last step.
+    pub fn rigid(&self) -> Vec<RigidReport> {
+        let report =
+            |(state, work): (&ToolState, &RigidWork)| RigidReport { state: state.clone(), work: work.work };
+        self.tools.iter().zip(&self.rigid).map(report).collect()
     }
 
     /// Momentum at the end of the last step.
@@ -325,7 +386,7 @@ impl EnergyLedger {
     }
 
     /// Estimates the error of the trapezoidal rule over the load step in `stage`, which began with
-    /// the drive `before`. Collective.
+    /// the drive `before` and with the forces `rigid_before` of rigid bodies. Collective.
     ///
     /// The work of the step is the integral of `F . du` along the path of equilibria. A parabola
     /// through this step and the previous one, `r` times as long, gives
@@ -341,16 +402,24 @@ impl EnergyLedger {
         system: &ContactSystem<D>,
         stage: &Stage,
         before: &[f64],
+        rigid_before: &[RigidWork],
     ) -> Result<()> {
         let difference = |(now, before): (&f64, &f64)| now - before;
         let drive: Vec<f64> = self.drive.iter().zip(before).map(difference).collect();
         let (now, start) = (stage.trial.u.owned(), stage.start.u.owned());
         let motion: Vec<f64> = now.iter().zip(start.iter()).map(difference).collect();
         let last = self.last.take();
-        let mut step = LoadStep { drive, motion, dt: stage.dt, area: 0.0, first: last.is_none() };
+        let rigid = self.tools.iter().zip(rigid_before).map(|(tool, before)| {
+            let exerted = tool.exerted();
+            [std::array::from_fn(|i| exerted[i] - before.exerted[i]), tool.moved]
+        });
+        let rigid = rigid.collect();
+        let mut step = LoadStep { drive, motion, rigid, dt: stage.dt, area: 0.0, first: last.is_none() };
         let mut cross = last.as_ref().map_or(0.0, |last| last.cross(&step));
         step.area = step.own_area();
         sum_over_ranks(system.session().world(), [&mut step.area, &mut cross]);
+        step.area += step.area_of_rigid();
+        cross += last.as_ref().map_or(0.0, |last| last.cross_of_rigid(&step));
         self.work_error += match &last {
             None => 0.5 * step.area,
             Some(last) => {
@@ -370,6 +439,7 @@ impl EnergyLedger {
         stage: &mut Stage,
         dt: f64,
     ) -> Result<StepEnergies> {
+        let by_rigid = self.work_of_rigid(system, stage)?;
         system.imbalance(stage, &mut self.reactions)?;
         let u = stage.trial.u.local();
         let mut own = StepEnergies { strain: system.bodies().strain_energy(&u), ..StepEnergies::default() };
@@ -401,7 +471,26 @@ impl EnergyLedger {
         let Momentum { linear, angular } = &mut self.momentum;
         let energies = [kinetic, strain, contact, heat, damping, work].into_iter();
         sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular));
+        own.work += by_rigid;
         Ok(own)
+    }
+
+    /// Work of the moving rigid bodies in the step \[J\], the same on all ranks. Collective.
+    fn work_of_rigid<const D: usize>(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<f64> {
+        self.tools = system.tools(stage)?;
+        self.rigid.resize(self.tools.len(), RigidWork::default());
+        let mut total = 0.0;
+        for (rigid, tool) in self.rigid.iter_mut().zip(&self.tools) {
+            let now = tool.exerted();
+            let mean = |i: usize| match stage.over_step {
+                OverStep::End => now[i],
+                _ => 0.5 * (rigid.exerted[i] + now[i]),
+            };
+            let work: f64 = (0..6).map(|i| mean(i) * tool.moved[i]).sum();
+            *rigid = RigidWork { exerted: now, work: rigid.work + work };
+            total += work;
+        }
+        Ok(total)
     }
 
     /// This rank's parts of `v . M v / 2` \[J\] and of the momentum at the trial state. Collective.
@@ -459,6 +548,25 @@ impl LoadStep {
     fn cross(&self, next: &Self) -> f64 {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         dot(&self.drive, &next.motion) - dot(&next.drive, &self.motion)
+    }
+
+    /// `sum |dF_i du_i|` of the rigid bodies \[J\].
+    fn area_of_rigid(&self) -> f64 {
+        self.rigid
+            .iter()
+            .map(|[drive, motion]| (0..6).map(|i| (drive[i] * motion[i]).abs()).sum::<f64>())
+            .sum()
+    }
+
+    /// `dF . du_next - dF_next . du` of the rigid bodies \[J\].
+    fn cross_of_rigid(&self, next: &Self) -> f64 {
+        let dot = |a: &[f64; 6], b: &[f64; 6]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let pairs = self.rigid.iter().zip(&next.rigid);
+        pairs
+            .map(|([drive, motion], [next_drive, next_motion])| {
+                dot(drive, next_motion) - dot(next_drive, motion)
+            })
+            .sum()
     }
 
     /// Estimates the error of the trapezoidal rule in this step by a parabola through it and a
@@ -519,7 +627,14 @@ mod tests {
         let (before, after) = (t.powf(power), end.powf(power));
         let exact = (end.powf(power + 1.0) - t.powf(power + 1.0)) / (power + 1.0);
         let change = after - before;
-        let step = LoadStep { drive: vec![change], motion: vec![dt], dt, area: change * dt, first: true };
+        let step = LoadStep {
+            drive: vec![change],
+            motion: vec![dt],
+            rigid: Vec::new(),
+            dt,
+            area: change * dt,
+            first: true,
+        };
         (step, 0.5 * (before + after) * dt - exact)
     }
 
@@ -527,7 +642,8 @@ mod tests {
     #[test]
     fn a_still_neighbour_says_nothing() {
         let (first, _) = step(1.5, 0.0, 1.0);
-        let still = LoadStep { drive: vec![0.0], motion: vec![0.0], dt: 1.0, area: 0.0, first: false };
+        let still =
+            LoadStep { drive: vec![0.0], motion: vec![0.0], area: 0.0, first: false, ..first.clone() };
         assert!(first.error(first.cross(&still), &still).is_none());
     }
 

@@ -11,6 +11,7 @@
 //! | [`contact::ContactColumn::TABLE`] | `contact.csv` |
 //! | [`probes::ProbeColumn::TABLE`] | `probes.csv` |
 //! | [`reactions::REACTION_COLUMNS`] | `reactions.csv` |
+//! | [`rigid::RIGID_COLUMNS`] | `rigid.csv` |
 //! | [`energy::ENERGY_COLUMNS`] | `energy.csv` |
 //! | [`energy::MOMENTUM_COLUMNS`] | `momentum.csv` |
 //! | [`fields::NODE_FIELDS`], [`fields::ELEMENT_FIELDS`], [`fields::ContactField::TABLE`] | `fields.pvd`, `contact.pvd` |
@@ -25,3 +26,4 @@ pub mod nodal;
 pub mod probes;
 pub mod quantity;
 pub mod reactions;
+pub mod rigid;

@@ -22,10 +22,11 @@ pub const RECORD: &str = "run.json";
 
 /// Files that a run may leave in its folder, apart from [`RECORD`]. Only these are removed when a
 /// result is replaced.
-const OWN: [&str; 12] = [
+const OWN: [&str; 13] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
+    "rigid.csv",
     "energy.csv",
     "momentum.csv",
     "iterations.csv",

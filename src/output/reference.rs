@@ -8,6 +8,7 @@ use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODE_FIELDS};
 use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
 use crate::observe::quantity::{Components, Quantity, TableFile};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
+use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE};
 
 const HEAD: &str = "\
 # Columns and fields
@@ -37,6 +38,7 @@ pub fn results_reference() -> String {
     let plain = |quantity: Quantity| (quantity, "");
     let reactions = REACTION_COLUMNS.iter().map(|column| plain(column.quantity));
     table(&mut page, &REACTION_FILE, "", "", reactions);
+    table(&mut page, &RIGID_FILE, "", "", RIGID_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &ENERGY_FILE, "", "", ENERGY_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &MOMENTUM_FILE, "", "", MOMENTUM_COLUMNS.iter().map(|column| plain(column.quantity)));
     let iterations = TableFile { name: "iterations.csv", rows: "one per iteration", keys: &[] };

@@ -157,6 +157,8 @@ pub type VaryingVelocity = Varying<0, 1, -1>;
 pub type VaryingAcceleration = Varying<0, 1, -2>;
 /// \[Pa\]
 pub type VaryingPressure = Varying<1, -1, -2>;
+/// A number without unit, such as an angle \[rad\].
+pub type VaryingNumber = Varying<0, 0, 0>;
 
 impl<const KG: i8, const M: i8, const S: i8> Deref for Varying<KG, M, S> {
     type Target = Function;

@@ -6,7 +6,7 @@ use super::node::{Node, Tree};
 use super::place::Place;
 
 /// Mappings whose keys are names that the user chose: a path may not make an entry by the way.
-const NAMES: [&str; 5] = ["bodies", "obstacles", "contact", "boundary", "output.probes"];
+const NAMES: [&str; 6] = ["bodies", "obstacles", "rigid", "contact", "boundary", "output.probes"];
 
 /// A step of a path: a key or a position, with its first character within the path.
 #[derive(Debug, Clone, PartialEq)]

@@ -162,6 +162,7 @@ impl Units {
     pub fn heading(&self, si: &str) -> String {
         let parts = si.strip_suffix(']').and_then(|text| text.rsplit_once('['));
         match parts {
+            Some((name, "N m")) => format!("{name}[{}]", self.moment()),
             Some((name, unit)) => format!("{name}[{}]", self.of(unit)),
             None => si.to_owned(),
         }

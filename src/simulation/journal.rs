@@ -294,12 +294,14 @@ impl<const D: usize> Journal<D> {
             penetration.force = penetration.force.max(number(ContactColumn::FORCE_N));
         }
         let reactions = reactions(system, &stage.trial.u, ledger.reactions());
+        let rigid = ledger.rigid();
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
             tables.check()?;
             tables.begin_row(self.step, stage.trial.time, dt);
             tables.probes(&points)?;
             tables.contacts(&contacts)?;
             tables.reactions(&reactions)?;
+            tables.rigid(&rigid)?;
             tables.energies(energies)?;
             tables.momentum(ledger.momentum())
         });

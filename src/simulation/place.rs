@@ -95,7 +95,7 @@ pub(super) fn prepare<const D: usize>(
         }
         None => ResultsFolder::create(&place.folder)?,
     };
-    Ok((Some(Tables::open(folder.path(), case.units, lock, past)?), inputs))
+    Ok((Some(Tables::open(folder.path(), case.units, lock, !case.rigid.is_empty(), past)?), inputs))
 }
 
 /// How long a rank waits for the results folder. It may appear on another host a moment later.

@@ -353,9 +353,11 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     let steps = *system.continuation();
     let load_factor = if system.bodies().is_dynamic() { 1.0 } else { 0.0 };
     system.set_continuation(Continuation { load_factor, ..steps });
+    system.set_start_factor(load_factor);
     system.prescribe(stage)?;
-    // A return map knows only the slip in its history. Bodies that slide at the start are therefore
-    // assumed to have slid for one step before.
+    // A return map knows only the slip in its history. Bodies that slide at the start, deformable
+    // and rigid ones, are therefore assumed to have slid for one step before.
+    stage.start.time = -step;
     stage.start.u.axpy(-step, &stage.start.v)?;
     stage.start.u.update_ghosts()?;
     let mut residual = system.pattern_vector().like()?;

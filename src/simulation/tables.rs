@@ -11,6 +11,7 @@ use crate::observe::energy::{
 use crate::observe::probes::{PROBE_FILE, Watched};
 use crate::observe::quantity::{Cell, Column, TableFile, headings};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE, Reaction};
+use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE, RigidReport};
 use crate::output::anchor::Anchor;
 use crate::output::iterations::{IterationRow, IterationTable};
 use crate::output::lock::Lock;
@@ -21,6 +22,8 @@ pub struct Tables<const D: usize> {
     probes: Option<Table>,
     contact: Table,
     reactions: Table,
+    /// The table of the rigid bodies, if there are any.
+    rigid: Option<Table>,
     energy: Table,
     momentum: Table,
     iterations: IterationTable,
@@ -40,12 +43,12 @@ pub struct Tables<const D: usize> {
 }
 
 impl<const D: usize> Tables<D> {
-    /// Creates the tables that do not depend on probes, with headings in `units`. With marks of a
-    /// checkpoint it opens the tables and continues from these marks.
+    /// Creates the tables that do not depend on probes, with headings in `units`. That of the rigid
+    /// bodies is created if there are any (`rigid`). With marks of a checkpoint it opens the tables and continues from these marks.
     ///
     /// # Errors
     /// A file can not be created, or it is not the file that was written before.
-    pub fn open(folder: &Path, units: Units, lock: Lock, past: Option<&Marks>) -> Result<Self> {
+    pub fn open(folder: &Path, units: Units, lock: Lock, rigid: bool, past: Option<&Marks>) -> Result<Self> {
         let open = |file: &TableFile, columns: Vec<String>| {
             Table::open(&folder.join(file.name), units.headings(file.headings(columns)), past)
         };
@@ -56,6 +59,7 @@ impl<const D: usize> Tables<D> {
             probes: None,
             contact: open(&CONTACT_FILE, contact)?,
             reactions: open(&REACTION_FILE, columns::<D, _>(REACTION_COLUMNS))?,
+            rigid: rigid.then(|| open(&RIGID_FILE, columns::<D, _>(RIGID_COLUMNS))).transpose()?,
             energy: open(&ENERGY_FILE, columns::<D, _>(ENERGY_COLUMNS))?,
             momentum: open(&MOMENTUM_FILE, columns::<D, _>(MOMENTUM_COLUMNS))?,
             iterations: IterationTable::open(folder, units, past)?,
@@ -81,7 +85,7 @@ impl<const D: usize> Tables<D> {
 
     fn all(&self) -> impl Iterator<Item = &Table> {
         let others = [&self.contact, &self.reactions, &self.energy, &self.momentum];
-        self.probes.iter().chain(others).chain([self.iterations.table()])
+        self.probes.iter().chain(&self.rigid).chain(others).chain([self.iterations.table()])
     }
 
     /// Checks that the folder and its tables are in place, unchanged, and locked by this run.
@@ -185,6 +189,19 @@ impl<const D: usize> Tables<D> {
             let own = REACTION_COLUMNS.iter().flat_map(|column| column.cells::<D>(reaction));
             self.reactions
                 .row(&head.clone().chain([Cell::Text(&reaction.name)]).chain(own).collect::<Vec<_>>())
+        })
+    }
+
+    /// Writes one row for each rigid body.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn rigid(&mut self, reports: &[RigidReport]) -> Result<()> {
+        let Some(table) = &mut self.rigid else { return Ok(()) };
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        reports.iter().try_for_each(|report| {
+            let own = RIGID_COLUMNS.iter().flat_map(|column| column.cells::<D>(report));
+            table.row(&head.clone().chain([Cell::Text(&report.state.name)]).chain(own).collect::<Vec<_>>())
         })
     }
 

@@ -181,3 +181,24 @@ fn other_ranks_agree() {
         }
     }
 }
+
+/// A rigid disc that is pressed in, dragged and lifted, with kept matrices, in statics and in the
+/// conserving scheme.
+#[test]
+fn a_moving_rigid_body_to_the_last_bit_on_1_and_2_ranks() {
+    let text = |scheme: &str| {
+        let small = [
+            ("cells: [64, 24]", "cells: [16, 6]"),
+            ("poisson_ratio: 0.4 } }", "poisson_ratio: 0.4 } }\n    density: 1000"),
+        ];
+        let changes = [("{ end: 1, scheme: { static: { increments: 100 } } }", scheme)];
+        let all: Vec<_> = small.into_iter().chain(changes).collect();
+        let case = shipped("indenter/case.yml", &all, GMRES, 1);
+        case.replace("[[0, 0], [0.3, -0.02]", "[[0, -0.002], [0.3, -0.02]")
+            .replace("[[0, 0], [0.3, 0]", "[[0, 0.001], [0.1, 0], [0.3, 0.02]")
+    };
+    let statics = text("{ end: 0.5, step: 0.05, scheme: static }");
+    computes_the_same_bits(&statics, 1, &[1, 6]);
+    computes_the_same_bits(&statics, 2, &[5]);
+    computes_the_same_bits(&text("{ end: 0.01, step: 1.0e-3, scheme: conserving }"), 1, &[4]);
+}

@@ -204,7 +204,7 @@ impl<const D: usize> Case<D> {
             contactor: "block.bottom".to_owned(),
             bodies: vec![0],
             target: match self.bed {
-                None => Target::Obstacle(self.obstacle.clone()),
+                None => Target::Obstacle(self.obstacle.clone().into()),
                 Some(_) => Target::Surface { set: "bed.top".to_owned(), bodies: vec![1] },
             },
             target_name: "foundation".to_owned(),

@@ -73,6 +73,7 @@ impl Solid {
         Model {
             units: Units::SI,
             bodies,
+            rigid: Vec::new(),
             contacts: Vec::new(),
             supports: Vec::new(),
             loads: Vec::new(),

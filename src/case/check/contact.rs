@@ -25,10 +25,27 @@ impl Check<'_> {
                 ),
             );
             self.found.cure("exchange contactor and target");
+        } else if self.case.rigid.get(&contact.contactor).is_some() {
+            let name = &contact.contactor.value;
+            if self.case.shape(&contact.target).is_some() {
+                let message = format!(
+                    "'{name}' and '{}' are both rigid: contact acts between a deformable body and another body",
+                    contact.target.value
+                );
+                self.found.say(contact.contactor.place, message);
+                self.found.cure(
+                    "remove the contact: prescribed motions need no contact force, and must not collide",
+                );
+            } else {
+                let message =
+                    format!("'{name}' is a rigid body; the contactor must be a surface of a deformable body");
+                self.found.say(contact.contactor.place, message);
+                self.found.cure("exchange contactor and target");
+            }
         } else if !contact.is_general() {
             self.surface("a contactor", &contact.contactor);
         }
-        if self.case.obstacles.get(&contact.target).is_none() {
+        if self.case.shape(&contact.target).is_none() {
             self.target(contact);
         }
         self.quadrature(contact);
@@ -101,7 +118,8 @@ impl Check<'_> {
         } else if of_bodies {
             self.surface("a target", target);
         } else if target.value != ALL {
-            let known = self.case.obstacles.names().chain(self.case.bodies.names());
+            let rigid = self.case.shapes().map(|(name, _)| name.as_str());
+            let known = rigid.chain(self.case.bodies.names());
             let complaint = Complaint::unknown("target", target, known);
             self.found.push(complaint.at(target.place));
         }

@@ -13,6 +13,7 @@ use super::surface::{VertexFacet, VertexSize, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::nodal::at;
 use crate::contact::point::{ContactLaw, PointState, Slopes, TermSelection};
+use crate::contact::rigid::BodyFrame;
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
 use crate::rounding;
@@ -106,10 +107,14 @@ impl<const D: usize> Gathered<D> {
         reference: &[Vector<D>],
         nodes: &[u32],
         fields: &ContactFields<'_>,
+        frame: Option<&BodyFrame<D>>,
     ) {
         self.contactor = 0;
         self.keep_contactor();
-        self.append(origin, reference, nodes, fields);
+        match frame {
+            None => self.append(origin, reference, nodes, fields),
+            Some(frame) => self.append_seen(frame, reference, nodes, fields),
+        }
         self.contactor = nodes.len();
     }
 
@@ -148,6 +153,27 @@ impl<const D: usize> Gathered<D> {
         }
     }
 
+    /// Loads nodes as seen from a moving target.
+    fn append_seen(
+        &mut self,
+        frame: &BodyFrame<D>,
+        reference: &[Vector<D>],
+        nodes: &[u32],
+        fields: &ContactFields<'_>,
+    ) {
+        self.nodes.extend_from_slice(nodes);
+        for (x, &node) in reference.iter().zip(nodes) {
+            let seen = frame.see(x, &at(fields.u_start, node), &at(fields.u, node), &at(fields.v, node));
+            self.positions.push(match self.instant {
+                Instant::Start => seen.start,
+                Instant::Iterate => seen.iterate,
+                Instant::Beyond => seen.end,
+            });
+            self.velocities.push(seen.velocity);
+            self.increments.push(seen.increment);
+        }
+    }
+
     fn displacement(&self, node: u32, fields: &ContactFields<'_>) -> Vector<D> {
         self.instant.displacement(at(fields.u_start, node), at(fields.u, node))
     }
@@ -164,10 +190,26 @@ impl<const D: usize> VertexContact<D> {
         state: &mut ContactState<D>,
         sink: &mut impl ContactSink,
     ) {
+        match self.target.frame() {
+            None => self.evaluate_at_rest(candidates, fields, request, state, sink),
+            Some(frame) => self.evaluate_moving(frame, candidates, fields, request, state, sink),
+        }
+    }
+
+    /// Evaluates all vertices over a target that is deformable or at rest. In the frame of a moving
+    /// target, state and contributions are those of the frame.
+    pub(super) fn evaluate_at_rest(
+        &self,
+        candidates: &Candidates<D>,
+        fields: &ContactFields<'_>,
+        request: &ContactRequest,
+        state: &mut ContactState<D>,
+        sink: &mut impl ContactSink,
+    ) {
         if request.over_step {
             return self.evaluate_over_step(candidates, fields, request, state, sink);
         }
-        let values = candidates.values(&[fields.u, fields.u_start, fields.v]);
+        let values = self.values(candidates, &[fields.u, fields.u_start, fields.v]);
         let overlap =
             candidates.overlap.at(values, || self.integrate(candidates.couples(), fields, Instant::Iterate));
         let slopes = self.respond(&overlap.sums, request, state);
@@ -175,6 +217,13 @@ impl<const D: usize> VertexContact<D> {
             None => self.add_forces(&overlap.pairs, &state.current, sink),
             Some(selection) => self.add_stiffness(&overlap, &slopes, fields, selection, state, sink),
         }
+    }
+
+    /// Everything on which the segments at these fields depend.
+    pub(super) fn values(&self, candidates: &Candidates<D>, fields: &[&[f64]]) -> Vec<f64> {
+        let mut values = candidates.values(fields);
+        values.extend(self.target.frame().into_iter().flat_map(BodyFrame::key));
+        values
     }
 
     /// Pairs with common segments, and the sums of all vertices.
@@ -276,7 +325,7 @@ impl<const D: usize> VertexContact<D> {
             };
             let origin = [&origin[0], &origin[1]];
             if last != Some(index) {
-                gathered.begin(origin, reference, nodes, fields);
+                gathered.begin(origin, reference, nodes, fields, self.target.frame());
                 last = Some(index);
             }
             gathered.oppose(origin, self.target.reference_points(target), self.target.nodes(target), fields);
@@ -299,13 +348,11 @@ impl<const D: usize> VertexContact<D> {
                 Opposite::Facet(PlacedFacet { kind: surface.kind(target), nodes: others })
             }
             ContactTarget::Obstacle(obstacle) => {
+                let obstacle = &*obstacle.shape;
                 if obstacle.is_plane() {
                     open = f64::MAX;
                 }
-                Opposite::Obstacle(PlacedObstacle {
-                    obstacle: &**obstacle,
-                    rule: rule_of(&**obstacle, facet.kind),
-                })
+                Opposite::Obstacle(PlacedObstacle { obstacle, rule: rule_of(obstacle, facet.kind) })
             }
         };
         FacetPair {
@@ -393,6 +440,7 @@ impl<const D: usize> VertexContact<D> {
             let frozen = FrozenVertices::of(&state.current, selection.terms, wanted);
             self.vary(pairs, fields, Instant::Iterate, varying(slopes), &mut rows, Some((&frozen, sink)));
         }
+        let spin = self.target.frame().and_then(BodyFrame::velocity_by_position);
         let mut block = Vec::new();
         let mut nodes = Vec::new();
         for row in &mut rows {
@@ -400,7 +448,7 @@ impl<const D: usize> VertexContact<D> {
             let Some(slopes) = &slopes[p] else { continue };
             sums[p].normalise(&state.history[p], row);
             clear_block::<D>(&mut block, row.nodes.len());
-            add_stiffness(&state.current[p], slopes, &row.nodes, selection, &mut block);
+            add_stiffness(&state.current[p], slopes, &row.nodes, selection, spin.as_ref(), &mut block);
             nodes.clear();
             nodes.extend(row.nodes.iter().map(|node| node.node));
             sink.stiffness(p, &nodes, &block);
@@ -636,3 +684,7 @@ mod tests;
 #[cfg(test)]
 #[path = "obstacle_tests.rs"]
 mod obstacle_tests;
+
+#[cfg(test)]
+#[path = "moving_tests.rs"]
+mod moving_tests;

@@ -236,11 +236,15 @@ fn turn<const D: usize>(normal: &Vector<D>, history: &History<D>) -> Vector<D> {
 
 /// Adds the selected terms of a closed vertex to `stiffness[((a * m + b) * D + i) * D + j]` of its
 /// `m` nodes \[N/m\].
+///
+/// `spin` is the derivative of the velocity of a node by its position at fixed velocity in space
+/// \[1/s\], which a rotating target adds.
 pub fn add_stiffness<const D: usize>(
     state: &PointState<D>,
     slopes: &Slopes<D>,
     nodes: &[VertexNode<D>],
     selection: &TermSelection,
+    spin: Option<&Tensor<D>>,
     stiffness: &mut [f64],
 ) {
     let terms = selection.terms;
@@ -269,6 +273,9 @@ pub fn add_stiffness<const D: usize>(
             by_friction += slopes.by_normal * node.normal
                 + (slopes.by_velocity + slopes.through_bound) * node.slips[0]
                 + slopes.by_increment * node.slips[1];
+            if let Some(spin) = spin {
+                by_friction += (slopes.by_velocity + slopes.through_bound) * spin * node.coefficient;
+            }
         }
         by_friction *= area;
         for (a, test) in nodes.iter().enumerate() {

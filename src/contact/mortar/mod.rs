@@ -12,7 +12,8 @@
 //! - [`integrals`] integrates over a pair of facets, and `over_obstacle` over an obstacle. `products`
 //!   adds up the derivatives.
 //! - [`kernel`] evaluates the laws of a vertex.
-//! - [`contact`] combines them, and `over_step` does so for the conserving scheme.
+//! - [`contact`] combines them, and `over_step` does so for the conserving scheme. `moving` does so
+//!   over a moving rigid body.
 
 mod broad_phase;
 pub mod candidates;
@@ -22,6 +23,7 @@ pub mod integrals;
 pub mod intersection;
 pub mod kernel;
 mod line;
+mod moving;
 pub mod obstacle;
 mod over_obstacle;
 mod over_step;

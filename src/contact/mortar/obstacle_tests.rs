@@ -21,7 +21,7 @@ const DEPTH: f64 = 0.01;
 const WIDTH: f64 = 0.2;
 
 const PLANE_KINDS: [ElementKind; 2] = [ElementKind::Quad4, ElementKind::Quad9];
-const SPACE_KINDS: [ElementKind; 5] =
+pub const SPACE_KINDS: [ElementKind; 5] =
     [ElementKind::Hex8, ElementKind::Tet4, ElementKind::Hex20, ElementKind::Hex27, ElementKind::Tet10];
 
 impl<const D: usize> Scene<D> {
@@ -60,7 +60,7 @@ impl<const D: usize> Scene<D> {
         let state = ContactState::new(surface.vertices().len());
         let contact = VertexContact {
             surface,
-            target: ContactTarget::Obstacle(obstacle.clone()),
+            target: ContactTarget::Obstacle(obstacle.clone().into()),
             law: penalty(None),
             area: AreaKind::Current,
             depth: f64::MAX,
@@ -72,7 +72,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// A block on an obstacle, bent and in motion, with tractions from the previous step.
-    fn bent_over(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law: ContactLaw) -> Self {
+    pub fn bent_over(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law: ContactLaw) -> Self {
         Self::over(obstacle, kind).bend(law)
     }
 
@@ -90,13 +90,13 @@ impl<const D: usize> Scene<D> {
     }
 }
 
-fn size(values: &[f64]) -> f64 {
+pub fn size(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 /// Checks that the tangent has order two, and that it loses this order without any of its terms
 /// that is not small. Returns the terms that mattered.
-fn check<const D: usize>(scene: &Scene<D>, request: &ContactRequest, what: &str) -> Terms {
+pub fn check<const D: usize>(scene: &Scene<D>, request: &ContactRequest, what: &str) -> Terms {
     let found = rate(scene, Terms::ALL, request);
     let (target, law) = (&scene.contact.target, &scene.contact.law);
     assert!(found > 1.9, "{what} {target:?} {law:?}: order {found}");
@@ -272,6 +272,16 @@ fn stages_have_consistent_tangents() {
     }
 }
 
+/// Energy that elastic stick had stored at the start, on the areas at these displacements \[J\].
+pub fn held_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
+    let mut at = scene.clone();
+    at.u = u.to_vec();
+    at.evaluate(&ContactRequest::default());
+    let areas = at.state.current.iter().map(|point| point.area);
+    let law = &scene.contact.law;
+    areas.zip(&scene.state.history).map(|(area, own)| area * stored(law, &own.friction_traction)).sum()
+}
+
 fn conserves<const D: usize>(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law: ContactLaw, motion: f64) {
     let what = format!("{kind} on {obstacle:?}, motion {motion}");
     let mut scene = Scene::<D>::bent_over(obstacle, kind, law);
@@ -280,13 +290,7 @@ fn conserves<const D: usize>(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law
     scene.u_start = scene.u.iter().zip(&step).map(|(u, d)| u - 0.5 * motion * d).collect();
     let end: Vec<f64> = scene.u.iter().zip(&step).map(|(u, d)| u + 0.5 * motion * d).collect();
     let [before, after] = [&scene.u_start, &end].map(|u| stored_energy(&scene, u));
-    let held: f64 = {
-        let mut at = scene.clone();
-        at.u = scene.u_start.clone();
-        at.evaluate(&ContactRequest::default());
-        let areas = at.state.current.iter().map(|point| point.area);
-        areas.zip(&scene.state.history).map(|(area, own)| area * stored(&law, &own.friction_traction)).sum()
-    };
+    let held = held_energy(&scene, &scene.u_start);
     let places = scene.positions();
     let force = scene.evaluate(&ContactRequest { over_step: true, ..ContactRequest::default() }).force;
     let work: f64 = force.iter().zip(&step).map(|(f, d)| f * motion * d).sum();

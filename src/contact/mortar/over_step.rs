@@ -22,9 +22,11 @@ use crate::contact::friction::traction::{FrictionTraction, Slip};
 use crate::contact::history::History;
 use crate::contact::nodal::at;
 use crate::contact::normal::NormalResponse;
+use crate::contact::obstacle::Shape;
 use crate::contact::point::joint::Joint;
 use crate::contact::point::step::{friction, stored};
 use crate::contact::point::{PointState, Status, TermSelection};
+use crate::contact::rigid::{BodyFrame, SeenNode};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
 use crate::tensor::{Tensor, Vector, rotations};
@@ -89,7 +91,7 @@ impl<const D: usize> VertexContact<D> {
         state: &mut ContactState<D>,
         sink: &mut impl ContactSink,
     ) {
-        let values = candidates.values(&[fields.u, fields.u_start]);
+        let values = self.values(candidates, &[fields.u, fields.u_start]);
         let overlap = candidates.step.at(values, || self.step_overlap(candidates, fields, state));
         let StepOverlap { ends, rows, active, .. } = &*overlap;
         for (vertex, ends) in ends.iter().enumerate().filter(|(vertex, _)| !active[*vertex]) {
@@ -157,7 +159,7 @@ impl<const D: usize> VertexContact<D> {
         state: &ContactState<D>,
     ) -> StepOverlap<D> {
         let couples = candidates.couples();
-        let values = candidates.values(&[fields.u_start]);
+        let values = self.values(candidates, &[fields.u_start]);
         let at_start = candidates.start.at(values, || self.integrate(couples, fields, Instant::Start));
         let at_end = self.integrate(couples, fields, Instant::Beyond);
         let presses =
@@ -440,19 +442,21 @@ struct Motion<const D: usize> {
 
 impl<const D: usize> Motion<D> {
     fn of(row: &VertexRows<D>, fields: &ContactFields<'_>, target: &ContactTarget<D>) -> Self {
+        if let (Some(frame), Some(obstacle)) = (target.frame(), target.obstacle()) {
+            return Self::seen(row, fields, frame, obstacle);
+        }
         let origin = row.reference_points[0];
         let origin_u: Vector<D> = at(fields.u, row.nodes[0].node);
         let placed = row.nodes.iter().zip(&row.reference_points);
         let mut places: Vec<Vector<D>> = placed
             .map(|(node, place)| (place - origin) + (at::<D>(fields.u, node.node) - origin_u))
             .collect();
-        let centre = places.iter().sum::<Vector<D>>() / places.len() as f64;
-        places.iter_mut().for_each(|place| *place -= centre);
+        let centre = centred(&mut places);
         let unfelt = match target {
             ContactTarget::Body(_) => UnfeltMotions::new(&places, rigid_motions),
             ContactTarget::Obstacle(obstacle) => {
                 let centre = centre + origin + origin_u;
-                UnfeltMotions::new(&places, |x| obstacle.motions_along(&(centre + x)))
+                UnfeltMotions::new(&places, |x| obstacle.shape.motions_along(&(centre + x)))
             }
         };
         let target_moves = target.body().is_some();
@@ -461,12 +465,45 @@ impl<const D: usize> Motion<D> {
             .iter()
             .map(|node| (at::<D>(fields.u, node.node) - at::<D>(fields.u_start, node.node)) * 2.0)
             .collect();
-        let mut changes = whole.clone();
-        unfelt.remove(&mut changes);
         let mut velocities: Vec<Vector<D>> = row.nodes.iter().map(|node| at(fields.v, node.node)).collect();
         if target_moves {
             unfelt.remove(&mut velocities);
         }
+        Self::new(&places, unfelt, target_moves, whole, velocities)
+    }
+
+    /// The motion of nodes as seen from a moving obstacle.
+    fn seen(
+        row: &VertexRows<D>,
+        fields: &ContactFields<'_>,
+        frame: &BodyFrame<D>,
+        obstacle: &dyn Shape<D>,
+    ) -> Self {
+        let placed = row.nodes.iter().zip(&row.reference_points);
+        let seen = placed.map(|(node, place)| {
+            let [u_start, u, v] = [fields.u_start, fields.u, fields.v].map(|field| at(field, node.node));
+            frame.see(place, &u_start, &u, &v)
+        });
+        let seen: Vec<SeenNode<D>> = seen.collect();
+        let origin = seen[0].iterate;
+        let mut places: Vec<Vector<D>> = seen.iter().map(|node| node.iterate - origin).collect();
+        let centre = centred(&mut places) + origin;
+        let unfelt = UnfeltMotions::new(&places, |x| obstacle.motions_along(&(centre + x)));
+        let whole = seen.iter().map(|node| node.increment * 2.0).collect();
+        let velocities = seen.iter().map(|node| node.velocity).collect();
+        Self::new(&places, unfelt, false, whole, velocities)
+    }
+
+    /// From the positions relative to their mean.
+    fn new(
+        places: &[Vector<D>],
+        unfelt: UnfeltMotions<D>,
+        target_moves: bool,
+        whole: Vec<Vector<D>>,
+        velocities: Vec<Vector<D>>,
+    ) -> Self {
+        let mut changes = whole.clone();
+        unfelt.remove(&mut changes);
         let extent = places.iter().map(|x| x.norm()).fold(0.0, f64::max);
         let size: f64 = changes.iter().map(|e| e.norm_squared()).sum();
         let square = if size > (RIGID * extent).powi(2) { size } else { 0.0 };
@@ -477,6 +514,13 @@ impl<const D: usize> Motion<D> {
     fn sliding(&self) -> &Vec<Vector<D>> {
         if self.target_moves { &self.changes } else { &self.whole }
     }
+}
+
+/// Subtracts the mean of positions from them, and returns it.
+fn centred<const D: usize>(places: &mut [Vector<D>]) -> Vector<D> {
+    let centre = places.iter().sum::<Vector<D>>() / places.len() as f64;
+    places.iter_mut().for_each(|place| *place -= centre);
+    centre
 }
 
 /// Motions of all nodes together that change neither gap nor area, as an orthonormal basis.

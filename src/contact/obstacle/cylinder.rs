@@ -39,6 +39,10 @@ impl CylinderObstacle {
         findings.positive("the radius", self.radius);
     }
 
+    pub(super) fn centre(&self) -> &[Length] {
+        &self.point
+    }
+
     pub(super) fn shape<const D: usize>(&self) -> Cylinder<D> {
         Cylinder::new(numbers(&self.point), numbers(&self.axis), self.radius.value, self.side)
     }

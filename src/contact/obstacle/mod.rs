@@ -25,7 +25,7 @@ use crate::tensor::{Vector, cross};
 macro_rules! obstacles {
     ($($name:literal: $file:ident::$obstacle:ident),+ $(,)?) => {
         family! {
-            /// A rigid body at rest that others touch.
+            /// The shape of a rigid body that others touch.
             Obstacle ("obstacle", schema "Obstacle", table OBSTACLES):
             $($name: $file::$obstacle),+
         }
@@ -41,6 +41,13 @@ macro_rules! obstacles {
             /// Whether its surface is a plane.
             pub fn is_plane(&self) -> bool {
                 self.shape::<3>().is_plane()
+            }
+
+            /// The point about which it rotates unless the case names another one \[m\].
+            pub fn centre<const D: usize>(&self) -> Vector<D> {
+                match self {
+                    $(Self::$obstacle(obstacle) => numbers(obstacle.centre()),)+
+                }
             }
 
             /// Its shape.

@@ -27,6 +27,10 @@ impl PlaneObstacle {
         check_direction("the normal of a plane", &self.normal, dimension, findings);
     }
 
+    pub(super) fn centre(&self) -> &[Length] {
+        &self.point
+    }
+
     pub(super) fn shape<const D: usize>(&self) -> Plane<D> {
         Plane::new(numbers(&self.point), numbers(&self.normal))
     }

@@ -31,6 +31,10 @@ impl SphereObstacle {
         findings.positive("the radius", self.radius);
     }
 
+    pub(super) fn centre(&self) -> &[Length] {
+        &self.center
+    }
+
     pub(super) fn shape<const D: usize>(&self) -> Sphere<D> {
         Sphere::new(numbers(&self.center), self.radius.value, self.side)
     }

@@ -72,8 +72,9 @@ pub fn missed_contact<const D: usize>(
     }
     let points = system.contacts().iter().zip(through).zip(motions.chunks_exact(3));
     if let Some(((contact, _), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
+        let by_target = if contact.is_deformable() { 0.0 } else { motion[1] };
         let motion = motion[0] + motion[1];
-        let expected = stage.inertia.then(|| expected_motion(system, stage));
+        let expected = stage.inertia.then(|| by_target + expected_motion(system, stage));
         return Ok(Some(tell_through(&contact.name, motion, expected, &system.bodies().units().of("m"))));
     }
     Ok(None)
@@ -143,7 +144,8 @@ fn swept<const D: usize>(
     Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
 }
 
-/// Largest motions of own nodes of contactor and target in the step \[m\].
+/// Largest motions of own nodes of contactor and target in the step \[m\]. For a rigid target it is
+/// its motion at the nodes of the contactor.
 fn shifts<const D: usize>(
     system: &ContactSystem<D>,
     contact: &LocalContact<D>,
@@ -156,13 +158,28 @@ fn shifts<const D: usize>(
     let surface = contact.surface();
     let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
     let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
-    let mut target = 0.0_f64;
+    let mut target = carried(contact, ends);
     let mut nodes = Vec::new();
     for &facet in contact.pair.target_facets() {
         system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
         target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
     }
     [contactor.sqrt(), target.sqrt()]
+}
+
+/// Largest motion of a rigid target at own nodes of the contactor \[m\], squared.
+fn carried<const D: usize>(contact: &LocalContact<D>, ends: StepEnds<'_>) -> f64 {
+    if !contact.target().is_moving() {
+        return 0.0;
+    }
+    let surface = contact.surface();
+    let nodes = surface
+        .facets()
+        .iter()
+        .flat_map(|facet| surface.reference_points(facet).iter().zip(surface.facet_nodes(facet)));
+    let carried = nodes
+        .map(|(reference, &node)| contact.target().carries(&ends.path(reference, node).start).norm_squared());
+    carried.fold(0.0, f64::max)
 }
 
 /// Spacing of the points on edges whose paths are tested, relative to the size of a facet. Two
@@ -229,7 +246,7 @@ fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: 
     let Some(core) = core else { return true };
     let surface = contact.surface();
     surface.facets().iter().any(|facet| {
-        let nodes = nodes_of(surface, facet, ends);
+        let nodes = nodes_of(contact, facet, ends);
         if obstacle.gap(&nodes[0].end) > 2.0 * contact.facet_size {
             return false;
         }
@@ -247,7 +264,7 @@ fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: 
 fn passing<const D: usize>(contact: &LocalContact<D>, obstacle: &dyn Shape<D>, ends: StepEnds<'_>) -> u64 {
     let surface = contact.surface();
     let of_facet = |facet: &SurfaceFacet| {
-        let nodes = nodes_of(surface, facet, ends);
+        let nodes = nodes_of(contact, facet, ends);
         points_of(obstacle, facet.kind, &nodes).filter(|path| path.passes_obstacle(obstacle)).count() as u64
     };
     surface.facets().iter().map(of_facet).sum()
@@ -268,7 +285,7 @@ fn between_points<const D: usize>(
     let surface = contact.surface();
     let mut count = 0;
     for facet in surface.facets() {
-        let corners = nodes_of(surface, facet, ends);
+        let corners = nodes_of(contact, facet, ends);
         if points_of(obstacle, facet.kind, &corners).any(|point| obstacle.gap(&point.end) <= 0.0) {
             continue;
         }

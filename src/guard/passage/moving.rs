@@ -1,11 +1,12 @@
 //! Facets of both sides of a contact during the motion of a step.
 
+use crate::assembly::LocalContact;
 use crate::assembly::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::mortar::obstacle::rule_of;
 use crate::contact::mortar::shape::FacetShape;
 use crate::contact::obstacle::Shape;
 use crate::contact::passage::Path;
-use crate::contact::surface::{ContactSurface, SurfaceFacet};
+use crate::contact::surface::SurfaceFacet;
 use crate::error::Result;
 use crate::mesh::{Bounds, ElementKind, Facet};
 use crate::partition::LocalMesh;
@@ -162,14 +163,15 @@ impl<const D: usize> Moving<D> {
     }
 }
 
-/// Paths of the nodes of a contactor facet.
+/// Paths of the nodes of a contactor facet, as the target sees them.
 pub(super) fn nodes_of<const D: usize>(
-    surface: &ContactSurface<D>,
+    contact: &LocalContact<D>,
     facet: &SurfaceFacet,
     ends: StepEnds<'_>,
 ) -> Vec<Path<D>> {
+    let surface = contact.surface();
     let nodes = surface.reference_points(facet).iter().zip(surface.facet_nodes(facet));
-    nodes.map(|(reference, &node)| ends.path(reference, node)).collect()
+    nodes.map(|(reference, &node)| contact.target().see(ends.path(reference, node))).collect()
 }
 
 /// Paths of the points of a contactor facet over an obstacle, given those of its nodes.

@@ -1,0 +1,136 @@
+//! Moving rigid bodies of the case: their placement for an evaluation, and what observers read.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::system::ContactSystem;
+use crate::contact::rigid::{BodyFrame, MotionInstant, MotionStep};
+use crate::dynamics::{OverStep, Stage};
+use crate::error::Result;
+use crate::model::RigidModel;
+use crate::petsc;
+use crate::tensor::Vector;
+
+/// State of a rigid body at the end of a step, with the same values on all ranks.
+///
+/// If the forces act over the step, force and torque are those of the step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolState {
+    /// Name in the case file.
+    pub name: String,
+    /// Reference point \[m\].
+    pub position: [f64; 3],
+    /// Rotation vector \[rad\].
+    pub rotation: [f64; 3],
+    /// Velocity of the reference point \[m/s\].
+    pub velocity: [f64; 3],
+    /// Angular velocity \[rad/s\].
+    pub spin: [f64; 3],
+    /// Contact force on the body \[N\].
+    pub force: [f64; 3],
+    /// Contact torque on the body about its reference point \[N m\].
+    pub torque: [f64; 3],
+    /// Motion over the step whose product with force and torque is the work: displacement of the
+    /// reference point \[m\], then rotation vector \[rad\].
+    pub moved: [f64; 6],
+}
+
+impl ToolState {
+    /// Force, then torque, that the body exerts on the deformable bodies.
+    pub fn exerted(&self) -> [f64; 6] {
+        std::array::from_fn(|i| if i < 3 { -self.force[i] } else { -self.torque[i - 3] })
+    }
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// The step that the trial state of `stage` belongs to.
+    fn motion_step(&self, stage: &Stage) -> MotionStep {
+        let over = (stage.over_step == OverStep::Middle).then_some(stage.dt);
+        // Like prescribed displacements, motions are evaluated at the end of a step over which
+        // forces act.
+        let end = if over.is_some() { stage.start.time + stage.dt } else { stage.trial.time };
+        let factor = self.continuation.load_factor;
+        MotionStep {
+            start: MotionInstant { time: stage.start.time, factor: self.continuation.start_factor },
+            end: MotionInstant { time: end, factor },
+            over,
+        }
+    }
+
+    /// Places the moving rigid bodies for the evaluation of a stage. A motion that is not finite is
+    /// reported with the residual.
+    pub(super) fn place_targets(&mut self, stage: &Stage) {
+        self.factor = self.continuation.load_factor;
+        if self.tools.is_empty() {
+            return;
+        }
+        let step = self.motion_step(stage);
+        let placed = self.contacts.iter_mut().try_for_each(|contact| contact.place(&step));
+        self.trouble = self.trouble.take().or_else(|| placed.err());
+    }
+
+    /// Largest displacement of the surfaces of moving rigid bodies where bodies touch them at the
+    /// displacements `u` \[m\]; zero if there are none. Collective.
+    pub fn travel_of_tools(&self, u: &petsc::Vector) -> f64 {
+        if self.tools.is_empty() {
+            return 0.0;
+        }
+        let u = u.local();
+        let mut own = 0.0_f64;
+        for contact in &self.contacts {
+            let Some(frame) = contact.target().frame() else { continue };
+            let points = contact.state.current.iter().enumerate().filter(|(_, point)| point.is_closed());
+            for (vertex, _) in points {
+                let first = contact.vertices()[vertex] as usize * D;
+                let place = contact.reference_point(vertex) + Vector::from_fn(|i, _| u[first + i]);
+                own = own.max((place - frame.see_end(&place)).norm());
+            }
+        }
+        let mut most = 0.0;
+        self.bodies.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());
+        most
+    }
+
+    /// States of the moving rigid bodies at the trial state of `stage`, with the loads of the last
+    /// evaluation of the forces. Collective.
+    ///
+    /// # Errors
+    /// A value of a motion is not finite, at its position in the case.
+    pub fn tools(&self, stage: &Stage) -> Result<Vec<ToolState>> {
+        if self.tools.is_empty() {
+            return Ok(Vec::new());
+        }
+        let over = (stage.over_step != OverStep::No).then_some(stage.dt);
+        let step = MotionStep { over, ..self.motion_step(stage) };
+        let mut own = vec![0.0_f64; 6 * self.tools.len()];
+        for (sums, tool) in own.chunks_exact_mut(6).zip(&self.tools) {
+            for contact in self.contacts.iter().filter(|contact| contact.target_name == tool.name) {
+                let load = &contact.state.load;
+                (0..D).for_each(|i| sums[i] += load.force[i]);
+                (0..3).for_each(|i| sums[3 + i] += load.torque[i]);
+            }
+        }
+        let mut loads = vec![0.0; own.len()];
+        self.bodies.session.world().all_reduce_into(&own[..], &mut loads[..], SystemOperation::sum());
+        let state = |(tool, load): (&RigidModel<D>, &[f64])| {
+            let frame = BodyFrame::new(&tool.motion, &step)?;
+            let state = frame.state_at_end();
+            let (shift, turn) = frame.moved();
+            let space = |vector: &Vector<D>| std::array::from_fn(|i| if i < D { vector[i] } else { 0.0 });
+            let along = |size: f64| tool.motion.axis.map(|axis| axis * size);
+            let shift: [f64; 3] = space(&shift);
+            let turn = along(turn);
+            Ok(ToolState {
+                name: tool.name.clone(),
+                position: space(&(tool.motion.centre + state.translation)),
+                rotation: along(state.angle),
+                velocity: space(&state.velocity),
+                spin: along(state.rate),
+                force: std::array::from_fn(|i| load[i]),
+                torque: std::array::from_fn(|i| load[3 + i]),
+                moved: std::array::from_fn(|i| if i < 3 { shift[i] } else { turn[i - 3] }),
+            })
+        };
+        self.tools.iter().zip(loads.chunks_exact(6)).map(state).collect()
+    }
+}
