@@ -18,6 +18,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     let mut check = Check { case, dimension: known, found: Findings::new(case.units) };
     check.found.require(known.is_some(), place, format!("the dimension is 2 or 3, not {dimension}"));
     check.names();
+    case.parameters.check(&mut check.found);
     for (name, body) in case.bodies.iter() {
         check.body(name, body);
     }

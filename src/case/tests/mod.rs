@@ -5,6 +5,7 @@ mod broken;
 mod document;
 mod functions;
 mod hostile;
+mod parameters;
 mod several;
 mod shipped;
 mod units;
