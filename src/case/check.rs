@@ -60,6 +60,7 @@ impl Check<'_> {
         }
         let mut all: Vec<(&str, &At<String>)> = Vec::new();
         all.extend(case.bodies.iter().map(|(name, _)| ("bodies", name)));
+        all.extend(case.bodies.values().flat_map(|body| body.sets.iter().map(|(name, _)| ("sets", name))));
         all.extend(case.obstacles.iter().map(|(name, _)| ("obstacles", name)));
         all.extend(case.contact.iter().map(|(name, _)| ("contact", name)));
         all.extend(case.boundary.iter().map(|(name, _)| ("boundary", name)));
@@ -104,8 +105,9 @@ impl Check<'_> {
         let Some(set) = set else { return true };
         let sets = ["left", "right", "bottom", "top", "front", "back"];
         let sets = &sets[..2 * self.dimension.unwrap_or(3)];
-        if matches!(body.mesh, Mesh::Box(_)) && !sets.contains(&set) {
-            let mut complaint = Complaint::unknown("set", set, sets.iter().copied()).at(on.place);
+        let known = || sets.iter().copied().chain(body.sets.names());
+        if matches!(body.mesh, Mesh::Box(_)) && !known().any(|name| name == set) {
+            let mut complaint = Complaint::unknown("set", set, known()).at(on.place);
             complaint.message = format!("the box '{name}' has no set '{set}'");
             self.found.push(complaint);
         }

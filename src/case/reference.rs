@@ -215,7 +215,10 @@ impl<'a> Page<'a> {
             let schema = resolved.schema;
             let only = |list: &str| {
                 let alternatives = schema.get(list)?.as_array()?;
-                let mut some = alternatives.iter().filter(|one| !is_null(one) && one.get("const").is_none());
+                let refers = alternatives.iter().any(|one| one.get("$ref").is_some());
+                let is_short = |one: &Value| refers && one == &serde_json::json!({ "type": "string" });
+                let is_other = |one: &&Value| !is_null(one) && one.get("const").is_none() && !is_short(one);
+                let mut some = alternatives.iter().filter(is_other);
                 some.next().filter(|_| some.next().is_none())
             };
             if let Some(name) = schema.get("$ref").and_then(Value::as_str) {

@@ -1,8 +1,9 @@
 //! Conversion of the case to the model: resolves names and builds bodies, boundaries, probes and
 //! contacts in the order of the file.
 
+use super::body_sets::bodies_of;
 use super::{Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Support, Target, lengths};
-use crate::case::{self, Action, Case, Function, PlacedFunction};
+use crate::case::{self, Action, Case, Function, PlacedFunction, SetNames};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
 
@@ -15,7 +16,7 @@ impl<const D: usize> Model<D> {
         let bodies: Vec<Body> =
             case.bodies.iter().map(|(name, b)| body(case, name, b)).collect::<Result<_>>()?;
         let contacts = case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, name, contact));
-        let contacts = contacts.collect::<Result<_>>()?;
+        let contacts = contacts.collect();
         let mut model = Self {
             units: case.units,
             bodies,
@@ -25,9 +26,8 @@ impl<const D: usize> Model<D> {
             probes: Vec::new(),
         };
         for (name, boundary) in case.boundary.iter() {
-            let set = boundary.on.value.clone();
             for action in boundary.actions() {
-                model.add(case, name, &set, action)?;
+                model.add(case, name, &boundary.on, action);
             }
         }
         for (name, probe) in case.output.probes.iter() {
@@ -38,15 +38,16 @@ impl<const D: usize> Model<D> {
         Ok(model)
     }
 
-    fn add(&mut self, case: &Case, name: &str, set: &str, action: Action) -> Result<()> {
+    fn add(&mut self, case: &Case, name: &str, on: &SetNames, action: Action) {
         let name = name.to_owned();
-        let set = set.to_owned();
+        let set = on.value.clone();
+        let bodies = bodies_of(case, on);
         let zero = || PlacedFunction::from(Function::constant(0.0));
         let kind = match action {
             Action::Displacement(components) => {
                 let components = std::array::from_fn(|i| components[i].map(|f| case.function(f)));
-                self.supports.push(Support { name, set, components });
-                return Ok(());
+                self.supports.push(Support { name, set, bodies, components });
+                return;
             }
             Action::Gravity(g) => {
                 LoadKind::BodyForce(std::array::from_fn(|i| g.get(i).map_or_else(zero, |f| case.function(f))))
@@ -56,21 +57,18 @@ impl<const D: usize> Model<D> {
             }
             Action::Pressure(p) => LoadKind::Pressure(case.function(p)),
         };
-        let body = body_index(&self.bodies, set.split('.').next().unwrap_or(&set))?;
-        self.loads.push(Load { name, set, body, kind });
-        Ok(())
+        let of_body = |body| Load { name: name.clone(), set: set.clone(), body, kind: kind.clone() };
+        self.loads.extend(bodies.into_iter().map(of_body));
     }
 
-    fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> Result<ContactModel<D>> {
-        let owners = owners(bodies, &contact.contactor)?;
-        let within = |error: Error| error.within(&format!("contact.{name}"));
+    fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> ContactModel<D> {
+        let owners = bodies_of(case, &contact.contactor);
         let target = match case.obstacles.get(&contact.target) {
             Some(obstacle) => Target::Obstacle(obstacle.shape()),
-            None => {
-                let set = contact.target.value.clone();
-                let bodies = self::owners(bodies, &set).map_err(within)?;
-                Target::Surface { set, bodies }
-            }
+            None => Target::Surface {
+                set: contact.target.value.clone(),
+                bodies: bodies_of(case, &contact.target),
+            },
         };
         let opposite = match &target {
             Target::Surface { bodies, .. } => &bodies[..],
@@ -78,7 +76,7 @@ impl<const D: usize> Model<D> {
         };
         let both = owners.iter().chain(opposite);
         let softer = both.map(|&body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min);
-        Ok(ContactModel {
+        ContactModel {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
             bodies: owners,
@@ -92,7 +90,7 @@ impl<const D: usize> Model<D> {
             // on it as well.
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
-        })
+        }
     }
 }
 
@@ -128,12 +126,4 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
 fn body_index(bodies: &[Body], name: &str) -> Result<usize> {
     let found = bodies.iter().position(|body| body.name == name);
     found.ok_or_else(|| Error::case(format!("there is no body '{name}'")))
-}
-
-/// Indices of the bodies of a surface.
-fn owners(bodies: &[Body], set: &str) -> Result<Vec<usize>> {
-    if set == case::ALL {
-        return Ok((0..bodies.len()).collect());
-    }
-    Ok(vec![body_index(bodies, set.split('.').next().unwrap_or(set))?])
 }
