@@ -1,5 +1,6 @@
 //! The checked case: laws are built, names are resolved, and numbers are in the units of the case.
 
+mod body_sets;
 mod build;
 mod conformity;
 mod intrusion;
@@ -104,7 +105,7 @@ pub enum Target<const D: usize> {
     Obstacle(RigidTarget<D>),
     /// The facets of a set.
     Surface {
-        /// Name of the set, `body.set` or `all`.
+        /// Name of the set: `body.set`, the joined name of a list of sets, or `all`.
         set: String,
         /// Indices of its bodies.
         bodies: Vec<usize>,
@@ -126,7 +127,7 @@ impl<const D: usize> Target<D> {
 pub struct ContactModel<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// Set of facets that carry the contact points, `body.set` or `all`.
+    /// Set of facets that carry the contact points: `body.set`, the joined name of a list of sets, or `all`.
     pub contactor: String,
     /// Indices of the contactor's bodies.
     pub bodies: Vec<usize>,
@@ -181,8 +182,10 @@ impl<const D: usize> ContactModel<D> {
 pub struct Support<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// `body` or `body.set`.
+    /// `body` or `body.set`, or the joined name of a list of these.
     pub set: String,
+    /// Indices of its bodies.
+    pub bodies: Vec<usize>,
     /// The prescribed components \[m\].
     pub components: [Option<PlacedFunction>; D],
 }
@@ -192,7 +195,7 @@ pub struct Support<const D: usize> {
 pub struct Load<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// `body` or `body.set`.
+    /// `body` or `body.set`, or the joined name of a list of these, of which the load acts on the part of the body.
     pub set: String,
     /// Index of the body.
     pub body: usize,

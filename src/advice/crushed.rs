@@ -14,18 +14,19 @@ pub fn crushed<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> O
         .collect();
     let m = &model.units.of("m");
     model.supports.iter().find_map(|support| {
-        let name = support.set.split('.').next().unwrap_or_default();
-        let body = model.bodies.iter().position(|body| body.name == name)?;
-        support.components.iter().enumerate().find_map(|(i, component)| {
-            let moved = component.as_ref()?.value([0.0; 3], 0.0).abs();
-            let axis = ["x", "y", "z"][i];
-            let side = sides[body][i];
-            (moved >= PART * side).then(|| {
-                format!(
-                    "'{}' moves '{}' by {moved:.3e} {m} along {axis}, but '{name}' is only {side:.3e} \
+        support.bodies.iter().find_map(|&body| {
+            let name = &model.bodies[body].name;
+            support.components.iter().enumerate().find_map(|(i, component)| {
+                let moved = component.as_ref()?.value([0.0; 3], 0.0).abs();
+                let axis = ["x", "y", "z"][i];
+                let side = sides[body][i];
+                (moved >= PART * side).then(|| {
+                    format!(
+                        "'{}' moves '{}' by {moved:.3e} {m} along {axis}, but '{name}' is only {side:.3e} \
                          {m} long in this direction: prescribe a smaller displacement",
-                    support.name, support.set
-                )
+                        support.name, support.set
+                    )
+                })
             })
         })
     })

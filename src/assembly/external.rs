@@ -141,15 +141,16 @@ impl<const D: usize> Applied<D> {
     fn new(load: &Load<D>, place: &LoadContext<D>) -> Result<Self> {
         let mesh = &place.local.mesh;
         let mut bodies = vec![false; place.kinematics.len()];
-        let mut facets: &[Facet] = &[];
+        let mut facets = Vec::new();
         if let LoadKind::BodyForce(_) = load.kind {
             bodies[load.body] = true;
         } else {
-            facets = facets_of(place.local, &load.set)?;
+            let of_body = |facet: &&Facet| usize::from(mesh.body[facet.element as usize]) == load.body;
+            facets = facets_of(place.local, &load.set)?.iter().filter(of_body).copied().collect();
         }
         let finite = place.kinematics[load.body] == Kinematics::Finite;
         let follows = matches!(load.kind, LoadKind::Pressure(_)) && finite;
-        Ok(Self { kind: load.kind.clone(), bodies, patches: patches(mesh, facets, place), follows })
+        Ok(Self { kind: load.kind.clone(), bodies, patches: patches(mesh, &facets, place), follows })
     }
 
     fn add_dead(&self, time: f64, solids: &[SolidElements<D>], trouble: &Trouble, force: &mut [f64]) {

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::damping::Damping;
+use super::sets::BodySet;
 use crate::material::Material;
-use crate::reader::at::At;
+use crate::reader::at::{At, Named};
 use crate::reader::complaint::Complaint;
 use crate::reader::function::{VaryingLength, VaryingVelocity};
 use crate::reader::quantity::{Density, Length};
@@ -17,6 +18,10 @@ use crate::reader::tagged::tagged;
 pub struct Body {
     /// Mesh: a box, or a region of a Gmsh file.
     pub mesh: Mesh,
+    /// Further sets by name, selected by the reference position; `body.set` names them, as it names
+    /// the sets of the mesh.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub sets: Named<BodySet>,
     /// Hyperelastic law and its parameters.
     pub material: Material,
     /// Reference density [kg/m3], >= 0. Required in dynamics and with gravity. A body without mass

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::sets::SetNames;
 use crate::reader::at::At;
 use crate::reader::function::{Varying, VaryingAcceleration, VaryingLength, VaryingPressure};
 
@@ -10,8 +11,8 @@ use crate::reader::function::{Varying, VaryingAcceleration, VaryingLength, Varyi
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
-    /// A body, or its facets or points as body.set.
-    pub on: At<String>,
+    /// A body, or its facets, points or elements as body.set; or a list of these, which act as one.
+    pub on: SetNames,
     /// Prescribed displacement \[m\] in the given directions; the others stay free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<At<Components<0, 1, 0>>>,

@@ -19,6 +19,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     let mut check = Check { case, dimension: known, found: Findings::new(case.units) };
     check.found.require(known.is_some(), place, format!("the dimension is 2 or 3, not {dimension}"));
     check.names();
+    case.parameters.check(&mut check.found);
     for (name, body) in case.bodies.iter() {
         check.body(name, body);
     }
@@ -61,6 +62,7 @@ impl Check<'_> {
         }
         let mut all: Vec<(&str, &At<String>)> = Vec::new();
         all.extend(case.bodies.iter().map(|(name, _)| ("bodies", name)));
+        all.extend(case.bodies.values().flat_map(|body| body.sets.iter().map(|(name, _)| ("sets", name))));
         all.extend(case.obstacles.iter().map(|(name, _)| ("obstacles", name)));
         all.extend(case.rigid.iter().map(|(name, _)| ("rigid", name)));
         all.extend(case.contact.iter().map(|(name, _)| ("contact", name)));
@@ -117,8 +119,9 @@ impl Check<'_> {
         let Some(set) = set else { return true };
         let sets = ["left", "right", "bottom", "top", "front", "back"];
         let sets = &sets[..2 * self.dimension.unwrap_or(3)];
-        if matches!(body.mesh, Mesh::Box(_)) && !sets.contains(&set) {
-            let mut complaint = Complaint::unknown("set", set, sets.iter().copied()).at(on.place);
+        let known = || sets.iter().copied().chain(body.sets.names());
+        if matches!(body.mesh, Mesh::Box(_)) && !known().any(|name| name == set) {
+            let mut complaint = Complaint::unknown("set", set, known()).at(on.place);
             complaint.message = format!("the box '{name}' has no set '{set}'");
             self.found.push(complaint);
         }

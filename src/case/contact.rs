@@ -7,6 +7,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::sets::SetNames;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::NormalLaw;
 use crate::reader::at::{At, Named};
@@ -17,12 +18,12 @@ use crate::reader::tagged::tagged;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Facets that carry the contact points, as body.set.
-    pub contactor: At<String>,
+    /// Facets that carry the contact points, as body.set; a list of sets is one surface.
+    pub contactor: SetNames,
     /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor
     /// itself for self-contact. With `contactor: all`, the whole surface of all bodies: an
-    /// obstacle, or `all` for all surfaces and all obstacles.
-    pub target: At<String>,
+    /// obstacle, or `all` for all surfaces and all obstacles. A list of sets is one surface.
+    pub target: SetNames,
     /// Normal traction as a function of the gap.
     #[serde(default)]
     pub normal: NormalLaw,
@@ -47,7 +48,8 @@ pub const ALL: &str = "all";
 impl Contact {
     /// A contact of all surfaces with this target, with the laws of a given contact or the default ones.
     fn general(target: &str, of: Option<&Self>) -> Self {
-        let (contactor, target) = (ALL.to_owned().into(), target.to_owned().into());
+        let name = |name: &str| SetNames::from(At::from(name.to_owned()));
+        let (contactor, target) = (name(ALL), name(target));
         match of {
             Some(contact) => Self { contactor, target, ..contact.clone() },
             None => Self {
@@ -69,7 +71,7 @@ impl Contact {
 
     /// Whether a side of the contact is on that body.
     pub fn is_on(&self, body: &str) -> bool {
-        let of_body = |side: &str| side == ALL || side.split('.').next() == Some(body);
+        let of_body = |side: &SetNames| side.value == ALL || side.bodies().any(|name| name == body);
         of_body(&self.contactor) || of_body(&self.target)
     }
 }

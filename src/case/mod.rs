@@ -14,6 +14,7 @@ mod output;
 mod petsc;
 mod reference;
 mod rigid;
+mod sets;
 mod solver;
 mod start;
 mod time;
@@ -40,6 +41,7 @@ pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
 pub use rigid::{Rigid, RigidMotion, Rotation};
+pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::Time;
@@ -50,6 +52,7 @@ pub use crate::reader::at::{At, Named};
 use crate::reader::complaint::Complaint;
 use crate::reader::document::{self, Document};
 pub use crate::reader::function::{Function, Motion, PlacedFunction, Varying};
+pub use crate::reader::parameters::Parameters;
 pub use crate::reader::place::Place;
 use crate::reader::quantity;
 use crate::reader::schema::schema_of;
@@ -72,6 +75,10 @@ pub struct Case {
     /// Units of the numbers of the case and of its results; m, kg, s if absent.
     #[serde(default, skip_serializing_if = "Units::is_si")]
     pub units: Units,
+    /// Numbers with names, for use in all other functions and numbers of the case, except whole
+    /// numbers. Each is a number, a number with a unit, or an expression of parameters above it.
+    #[serde(default, skip_serializing_if = "Parameters::is_empty")]
+    pub parameters: Parameters,
     /// 2: plane strain with a thickness of one unit of length; 3: solid.
     pub dimension: At<u32>,
     /// Deformable bodies by name.

@@ -48,8 +48,12 @@ const TYPES: &str = "\
 | mapping by name | Entries under names of your own, written NAME in the headings below |
 | list | Values in brackets: `[0, 0.5]` |
 
-Expressions know `+ - * / ^`, `sin`, `cos`, `exp`, `log`, `sqrt`, `abs`, `min`, `max`, `pi`,
-comparisons and `if(condition, a, b)`. Physical constants have no default.
+Expressions know `+ - * / ^`, `sin`, `cos`, `tanh`, `exp`, `log`, `sqrt`, `abs`, `atan2(y, x)`,
+`pow(a, b)`, `mod(a, b)`, `min` and `max` of two or more values, `pi`, and `if(condition, a, b)`. A
+condition is made of comparisons, `and`, `or` and `not`: `\"if(t > 1 and t < 2, 1, 0)\"`. `mod(a, b)`
+has the sign of `b`; its derivatives are those between its jumps. `x`, `y`, `z` is the reference
+position. Names under `parameters` may be used in functions and numbers, but not in whole numbers.
+Physical constants have no default.
 ";
 
 /// The page of the keys of a case file.
@@ -211,7 +215,10 @@ impl<'a> Page<'a> {
             let schema = resolved.schema;
             let only = |list: &str| {
                 let alternatives = schema.get(list)?.as_array()?;
-                let mut some = alternatives.iter().filter(|one| !is_null(one) && one.get("const").is_none());
+                let refers = alternatives.iter().any(|one| one.get("$ref").is_some());
+                let is_short = |one: &Value| refers && one == &serde_json::json!({ "type": "string" });
+                let is_other = |one: &&Value| !is_null(one) && one.get("const").is_none() && !is_short(one);
+                let mut some = alternatives.iter().filter(is_other);
                 some.next().filter(|_| some.next().is_none())
             };
             if let Some(name) = schema.get("$ref").and_then(Value::as_str) {

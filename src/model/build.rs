@@ -3,11 +3,12 @@
 
 use std::rc::Rc;
 
+use super::body_sets::bodies_of;
 use super::{
     Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Rayleigh, RigidModel, Support, Target,
     lengths,
 };
-use crate::case::{self, Action, Case, Function, PlacedFunction};
+use crate::case::{self, Action, Case, Function, PlacedFunction, SetNames};
 use crate::contact::rigid::BodyMotion;
 use crate::contact::target::RigidTarget;
 use crate::element::{Formulation, Kinematics, Locking};
@@ -26,7 +27,7 @@ impl<const D: usize> Model<D> {
             case.rigid.iter().map(|(name, body)| rigid(case, name, body)).collect();
         let contacts =
             case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, &rigid, name, contact));
-        let contacts = contacts.collect::<Result<_>>()?;
+        let contacts = contacts.collect();
         let mut model = Self {
             units: case.units,
             bodies,
@@ -37,9 +38,8 @@ impl<const D: usize> Model<D> {
             probes: Vec::new(),
         };
         for (name, boundary) in case.boundary.iter() {
-            let set = boundary.on.value.clone();
             for action in boundary.actions() {
-                model.add(case, name, &set, action)?;
+                model.add(case, name, &boundary.on, action);
             }
         }
         for (name, probe) in case.output.probes.iter() {
@@ -50,15 +50,16 @@ impl<const D: usize> Model<D> {
         Ok(model)
     }
 
-    fn add(&mut self, case: &Case, name: &str, set: &str, action: Action) -> Result<()> {
+    fn add(&mut self, case: &Case, name: &str, on: &SetNames, action: Action) {
         let name = name.to_owned();
-        let set = set.to_owned();
+        let set = on.value.clone();
+        let bodies = bodies_of(case, on);
         let zero = || PlacedFunction::from(Function::constant(0.0));
         let kind = match action {
             Action::Displacement(components) => {
                 let components = std::array::from_fn(|i| components[i].map(|f| case.function(f)));
-                self.supports.push(Support { name, set, components });
-                return Ok(());
+                self.supports.push(Support { name, set, bodies, components });
+                return;
             }
             Action::Gravity(g) => {
                 LoadKind::BodyForce(std::array::from_fn(|i| g.get(i).map_or_else(zero, |f| case.function(f))))
@@ -68,9 +69,8 @@ impl<const D: usize> Model<D> {
             }
             Action::Pressure(p) => LoadKind::Pressure(case.function(p)),
         };
-        let body = body_index(&self.bodies, set.split('.').next().unwrap_or(&set))?;
-        self.loads.push(Load { name, set, body, kind });
-        Ok(())
+        let of_body = |body| Load { name: name.clone(), set: set.clone(), body, kind: kind.clone() };
+        self.loads.extend(bodies.into_iter().map(of_body));
     }
 
     fn contact(
@@ -79,19 +79,17 @@ impl<const D: usize> Model<D> {
         rigid: &[RigidModel<D>],
         name: &str,
         contact: &case::Contact,
-    ) -> Result<ContactModel<D>> {
-        let owners = owners(bodies, &contact.contactor)?;
-        let within = |error: Error| error.within(&format!("contact.{name}"));
+    ) -> ContactModel<D> {
+        let owners = bodies_of(case, &contact.contactor);
         let target = match case.shape(&contact.target) {
             Some(shape) => {
                 let body = rigid.iter().find(|body| body.name == contact.target.value);
                 Target::Obstacle(RigidTarget::moving(shape.shape(), body.map(|body| body.motion.clone())))
             }
-            None => {
-                let set = contact.target.value.clone();
-                let bodies = self::owners(bodies, &set).map_err(within)?;
-                Target::Surface { set, bodies }
-            }
+            None => Target::Surface {
+                set: contact.target.value.clone(),
+                bodies: bodies_of(case, &contact.target),
+            },
         };
         let opposite = match &target {
             Target::Surface { bodies, .. } => &bodies[..],
@@ -99,7 +97,7 @@ impl<const D: usize> Model<D> {
         };
         let both = owners.iter().chain(opposite);
         let softer = both.map(|&body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min);
-        Ok(ContactModel {
+        ContactModel {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
             bodies: owners,
@@ -113,7 +111,7 @@ impl<const D: usize> Model<D> {
             // on it as well.
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
-        })
+        }
     }
 }
 
@@ -179,12 +177,4 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
 fn body_index(bodies: &[Body], name: &str) -> Result<usize> {
     let found = bodies.iter().position(|body| body.name == name);
     found.ok_or_else(|| Error::case(format!("there is no body '{name}'")))
-}
-
-/// Indices of the bodies of a surface.
-fn owners(bodies: &[Body], set: &str) -> Result<Vec<usize>> {
-    if set == case::ALL {
-        return Ok((0..bodies.len()).collect());
-    }
-    Ok(vec![body_index(bodies, set.split('.').next().unwrap_or(set))?])
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::conformity::nearest::distance;
-use crate::case::{ALL, Case};
+use crate::case::{ALL, Case, SetNames};
 use crate::mesh::{Bounds, BoundsTree, Facet, FacetIndex, Mesh};
 use crate::space::{facet_normal, facet_tangents, locate, reference};
 use crate::tensor::Vector;
@@ -172,11 +172,11 @@ fn facing<'a, const D: usize>(
     let mut found = Vec::new();
     for contact in case.contact.values() {
         for [one, other] in [bodies, [bodies[1], bodies[0]]] {
-            let of = |set: &str, body: Member<'_>| -> Option<BoxedFacets<'a, D>> {
-                if set != ALL && set.split('.').next() != Some(body.name) {
+            let of = |side: &SetNames, body: Member<'_>| -> Option<BoxedFacets<'a, D>> {
+                if side.value != ALL && !side.bodies().any(|name| name == body.name) {
                     return None;
                 }
-                let facets = mesh.facet_sets.get(set)?.iter().copied();
+                let facets = mesh.facet_sets.get(&side.value)?.iter().copied();
                 let own =
                     facets.filter(|facet| usize::from(mesh.body[facet.element as usize]) == body.number);
                 Some(BoxedFacets::new(mesh, own, region))

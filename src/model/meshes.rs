@@ -1,5 +1,6 @@
 //! The meshes of a case: read from files or generated as boxes, deformed, and merged into one.
 
+use super::body_sets::{define, forget, join_lists};
 use super::conformity::{MeshOrigin, MeshParts, conform, require_sound_curves};
 use super::lengths;
 use super::overlap;
@@ -30,9 +31,13 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     let mut remarks = Vec::new();
     for (name, body) in case.bodies.iter() {
         let mesh = match &body.mesh {
-            case::Mesh::Box(shape) => box_body(case, &name.value, shape, &mut remarks),
-            case::Mesh::File(file) => file_body(case, &name.value, file, &mut remarks),
+            case::Mesh::Box(shape) => box_body(case, &name.value, body, shape, &mut remarks),
+            case::Mesh::File(file) => file_body(case, &name.value, body, file, &mut remarks),
         };
+        let mesh = mesh.and_then(|mut mesh| {
+            define(case, &name.value, &body.sets, &mut mesh)?;
+            Ok(mesh)
+        });
         match mesh {
             Ok(mesh) => bodies.push((name.value.clone(), mesh)),
             Err(fault) => faults.push(fault),
@@ -47,6 +52,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
         mesh.facet_sets.insert(case::ALL.to_owned(), surface);
     }
     let mut faults = missing_sets(case, &mesh);
+    join_lists(case, &mut mesh);
     faults.extend(shared_facets(case, &mesh));
     faults.extend(repeated_facets(case, &mesh));
     faults.extend(unsound_places(case, &mesh));
@@ -59,6 +65,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
 fn box_body<const D: usize>(
     case: &Case,
     name: &str,
+    body: &case::Body,
     shape: &case::BoxMesh,
     remarks: &mut Vec<String>,
 ) -> Result<Mesh<D>> {
@@ -67,14 +74,11 @@ fn box_body<const D: usize>(
     if shape.map.is_some() {
         let source = MeshOrigin::Box(name, m);
         require_sound_curves(&mesh, &source)?;
-        remarks.extend(conform(
-            &mut mesh,
-            name,
-            m,
-            &source,
-            parts(shape.merge.as_ref()),
-            &meets(case, name),
-        )?);
+        let meets = meets(case, name);
+        let parts = parts(shape.merge.as_ref());
+        remarks.extend(with_sets(case, name, body, &meets, &mut mesh, |mesh| {
+            conform(mesh, name, m, &source, parts, &meets)
+        })?);
         mesh.drop_unused_points();
     }
     Ok(mesh)
@@ -84,6 +88,7 @@ fn box_body<const D: usize>(
 fn file_body<const D: usize>(
     case: &Case,
     name: &str,
+    body: &case::Body,
     file: &case::FileMesh,
     remarks: &mut Vec<String>,
 ) -> Result<Mesh<D>> {
@@ -92,9 +97,33 @@ fn file_body<const D: usize>(
     let (mut mesh, source) = gmsh::read_with_source(&case.resolve(&file.file.value), region)?;
     let source = MeshOrigin::File(&source);
     require_sound_curves(&mesh, &source)?;
-    remarks.extend(conform(&mut mesh, name, m, &source, parts(file.merge.as_ref()), &meets(case, name))?);
+    let meets = meets(case, name);
+    let parts = parts(file.merge.as_ref());
+    remarks.extend(with_sets(case, name, body, &meets, &mut mesh, |mesh| {
+        conform(mesh, name, m, &source, parts, &meets)
+    })?);
     mesh.drop_unused_points();
     Ok(mesh)
+}
+
+/// Joins the parts of a body. A contact of the body with itself between sets of the case explains why parts touch that are
+/// not joined, so these sets are defined for the time being; joining parts changes which facets are on the surface.
+fn with_sets<const D: usize, R>(
+    case: &Case,
+    name: &str,
+    body: &case::Body,
+    meets: &[(String, String)],
+    mesh: &mut Mesh<D>,
+    join: impl FnOnce(&mut Mesh<D>) -> Result<R>,
+) -> Result<R> {
+    let of_case = |set: &String| body.sets.get(set).is_some();
+    if !meets.iter().any(|(one, other)| of_case(one) || of_case(other)) {
+        return join(mesh);
+    }
+    define(case, name, &body.sets, mesh)?;
+    let joined = join(mesh);
+    forget(&body.sets, mesh);
+    joined
 }
 
 fn parts(merge: Option<&case::At<Merge>>) -> MeshParts {
@@ -108,15 +137,18 @@ fn parts(merge: Option<&case::At<Merge>>) -> MeshParts {
 /// Pairs of sets of a body between which a contact acts. Contacts of a set with itself are omitted,
 /// because a seam within one set cannot be distinguished from a contact.
 fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
-    let own = |set: &str| {
-        let (body, set) = set.split_once('.')?;
-        (body == name).then(|| set.to_owned())
+    let own = |side: &case::SetNames| -> Vec<String> {
+        let sets = side.names().iter().filter_map(|set| set.split_once('.'));
+        sets.filter(|(body, _)| *body == name).map(|(_, set)| set.to_owned()).collect()
     };
-    case.contact
-        .values()
-        .filter_map(|contact| Some((own(&contact.contactor)?, own(&contact.target)?)))
-        .filter(|(contactor, target)| contactor != target)
-        .collect()
+    let mut pairs = Vec::new();
+    for contact in case.contact.values().filter(|contact| contact.contactor.value != contact.target.value) {
+        let targets = own(&contact.target);
+        for contactor in own(&contact.contactor) {
+            pairs.extend(targets.iter().map(|target| (contactor.clone(), target.clone())));
+        }
+    }
+    pairs
 }
 
 /// Minimum number of nodes of all boxes together.

@@ -19,7 +19,8 @@ pub fn unsound_places<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error>
     for boundary in case.boundary.values() {
         for action in boundary.actions() {
             let Action::Displacement(functions) = action else { continue };
-            let nodes = nodes_on(case, mesh, &boundary.on);
+            let on = boundary.on.names().iter();
+            let nodes: Vec<u32> = on.flat_map(|on| nodes_on(case, mesh, on)).collect();
             let functions = functions.into_iter().flatten();
             faults.extend(functions.filter_map(|function| unsound(case, mesh, function, &nodes)));
         }

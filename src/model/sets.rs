@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::case::{self, Action, At, Case};
+use crate::case::{self, Action, At, Case, SetNames};
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, Mesh, SetKind};
 
@@ -11,7 +11,9 @@ use crate::mesh::{Facet, Mesh, SetKind};
 /// the available sets.
 pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let mut faults = Vec::new();
-    let mut look = |on, surface| faults.extend(require(case, mesh, on, surface).err());
+    let mut look = |on: &SetNames, surface| {
+        faults.extend(on.names().iter().filter_map(|name| require(case, mesh, name, surface).err()));
+    };
     for (_, contact) in case.contact.iter() {
         look(&contact.contactor, true);
         if case.shape(&contact.target).is_none() {

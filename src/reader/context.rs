@@ -1,6 +1,8 @@
-//! What serde's data model cannot carry: places of values, and requests for a value with its place, a choice, or a node.
+//! What serde's data model cannot carry: places of values, requests for a value with its place, a choice, or a node, and the
+//! parameters of the case.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 
 use super::place::Place;
 
@@ -11,7 +13,12 @@ pub const CHOICE: &str = "choice";
 /// Name under which it asks for the node itself.
 pub const NODE: &str = "node";
 
+/// Names and values of parameters, in the order of the file.
+pub(super) type Parameters = Vec<(String, f64)>;
+
 thread_local! {
+    /// Parameters of the case that is being read.
+    static PARAMETERS: RefCell<Rc<Parameters>> = RefCell::default();
     /// serde's data model has no places: that of the value which is read next goes by this way.
     static PLACE: Cell<Option<Place>> = const { Cell::new(None) };
 }
@@ -24,4 +31,26 @@ pub(super) fn place_of_next() -> Place {
 /// Says where the value is written that is read next.
 pub(super) fn set_place(place: Place) {
     PLACE.set(Some(place));
+}
+
+/// The value of a parameter of the case that is being read on this thread.
+pub(super) fn parameter(name: &str) -> Option<f64> {
+    PARAMETERS.with_borrow(|all| all.iter().find(|(own, _)| own == name).map(|(_, value)| *value))
+}
+
+/// The names of these parameters.
+pub(super) fn parameter_names() -> Vec<String> {
+    PARAMETERS.with_borrow(|all| all.iter().map(|(name, _)| name.clone()).collect())
+}
+
+/// Reads something whose expressions may use these parameters.
+pub(super) fn with_parameters<T>(values: Parameters, read: impl FnOnce() -> T) -> T {
+    struct Restore(Rc<Parameters>);
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            PARAMETERS.set(std::mem::take(&mut self.0));
+        }
+    }
+    let _restore = Restore(PARAMETERS.replace(Rc::new(values)));
+    read()
 }

@@ -28,6 +28,38 @@ pub(super) trait Scalar:
         let term = |factor: f64, n: f64| if factor == 0.0 { 0.0 } else { factor * x.powf(n) };
         self.chain(x.powf(n), term(n, n - 1.0), term(n * (n - 1.0), n - 2.0))
     }
+
+    /// The angle of the point (x, this number) from the positive x axis, in (-pi, pi]; with respect to `x` and this number
+    /// it has derivatives everywhere but at the origin.
+    fn angle_over(self, x: Self) -> Self {
+        let angle = self.real().atan2(x.real());
+        if self.is_constant() && x.is_constant() {
+            return Self::constant(angle);
+        }
+        // The slopes of the arc tangent of the smaller coordinate over the larger one.
+        let slopes = |u: f64| (1.0 / (1.0 + u * u), -2.0 * u / (1.0 + u * u).powi(2));
+        if self.real().abs() <= x.real().abs() {
+            let ratio = self / x;
+            let (first, second) = slopes(ratio.real());
+            return ratio.chain(angle, first, second);
+        }
+        let ratio = x / self;
+        let (first, second) = slopes(ratio.real());
+        ratio.chain(angle, -first, -second)
+    }
+
+    /// What is left of this number after the largest whole number of times `divisor`; it has the sign of the divisor.
+    ///
+    /// The derivatives are those between the jumps: that of the remainder by this number is 1.
+    fn modulo(self, divisor: Self) -> Self {
+        let (x, b) = (self.real(), divisor.real());
+        let mut rest = x % b;
+        if rest * b < 0.0 {
+            rest += b;
+        }
+        let times = ((x - rest) / b).round();
+        (self - Self::constant(times) * divisor).chain(rest, 1.0, 0.0)
+    }
 }
 
 impl Scalar for f64 {

@@ -4,13 +4,22 @@ mod parser;
 
 use super::complaint::Complaint;
 use super::dual::{Motion, Scalar};
+pub(super) use parser::is_reserved;
 
 /// Parsed expression; bounded in depth and size, so that neither parsing nor evaluation can exhaust the stack.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Expression {
     root: Node,
+    uses_parameters: bool,
 }
 
+/// Parsed condition, such as `x > 0.3 and z < 1e-6`; bounded as an expression is.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Condition {
+    root: Test,
+}
+
+/// What has a number as its value.
 #[derive(Debug, Clone, PartialEq)]
 enum Node {
     Number(f64),
@@ -18,6 +27,16 @@ enum Node {
     Negate(Box<Node>),
     Binary(Operator, Box<Node>, Box<Node>),
     Call(Function, Vec<Node>),
+    If(Box<Test>, Box<Node>, Box<Node>),
+}
+
+/// What holds or does not hold.
+#[derive(Debug, Clone, PartialEq)]
+enum Test {
+    Compare(Comparison, Box<Node>, Box<Node>),
+    And(Box<Test>, Box<Test>),
+    Or(Box<Test>, Box<Test>),
+    Not(Box<Test>),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +46,10 @@ enum Operator {
     Multiply,
     Divide,
     Power,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Comparison {
     Less,
     LessEqual,
     Greater,
@@ -39,13 +62,16 @@ enum Operator {
 enum Function {
     Sin,
     Cos,
+    Tanh,
     Exp,
     Log,
     Sqrt,
     Abs,
+    Atan2,
+    Pow,
+    Mod,
     Min,
     Max,
-    If,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,25 +94,35 @@ struct Values<T> {
     time: T,
 }
 
-const FUNCTIONS: [(&str, Function, usize); 9] = [
-    ("sin", Function::Sin, 1),
-    ("cos", Function::Cos, 1),
-    ("exp", Function::Exp, 1),
-    ("log", Function::Log, 1),
-    ("sqrt", Function::Sqrt, 1),
-    ("abs", Function::Abs, 1),
-    ("min", Function::Min, 2),
-    ("max", Function::Max, 2),
-    ("if", Function::If, 3),
+/// The functions, with the smallest and the largest number of their arguments.
+const FUNCTIONS: [(&str, Function, usize, usize); 12] = [
+    ("sin", Function::Sin, 1, 1),
+    ("cos", Function::Cos, 1, 1),
+    ("tanh", Function::Tanh, 1, 1),
+    ("exp", Function::Exp, 1, 1),
+    ("log", Function::Log, 1, 1),
+    ("sqrt", Function::Sqrt, 1, 1),
+    ("abs", Function::Abs, 1, 1),
+    ("atan2", Function::Atan2, 2, 2),
+    ("pow", Function::Pow, 2, 2),
+    ("mod", Function::Mod, 2, 2),
+    ("min", Function::Min, 2, usize::MAX),
+    ("max", Function::Max, 2, usize::MAX),
 ];
 
 impl Expression {
-    /// Reads an expression.
+    /// Reads an expression, in which the parameters of the case that is being read are known.
     ///
     /// # Errors
     /// The unexpected part, with the number of characters before it.
     pub(super) fn parse(text: &str) -> Result<Self, Complaint> {
-        Ok(Self { root: parser::parse(text)? })
+        let (root, uses_parameters) = parser::parse_number(text)?;
+        Ok(Self { root, uses_parameters })
+    }
+
+    /// Whether a parameter of the case occurs.
+    pub(super) fn uses_parameters(&self) -> bool {
+        self.uses_parameters
     }
 
     /// Whether x, y or z occurs.
@@ -117,6 +153,32 @@ impl Expression {
     }
 }
 
+impl Condition {
+    /// Reads a condition, in which the parameters of the case that is being read are known.
+    ///
+    /// # Errors
+    /// The unexpected part, with the number of characters before it.
+    pub(super) fn parse(text: &str) -> Result<Self, Complaint> {
+        Ok(Self { root: parser::parse_condition(text)? })
+    }
+
+    /// Whether t occurs.
+    pub(super) fn varies_in_time(&self) -> bool {
+        self.root.uses(&|variable| variable == Variable::Time)
+    }
+
+    /// Whether z occurs.
+    pub(super) fn uses_z(&self) -> bool {
+        self.root.uses(&|variable| variable == Variable::Z)
+    }
+
+    /// Whether the condition holds at a point.
+    pub(super) fn holds(&self, point: [f64; 3]) -> bool {
+        let [x, y, z] = point;
+        self.root.holds(&Values { x, y, z, time: 0.0 })
+    }
+}
+
 impl Node {
     fn evaluate<T: Scalar>(&self, at: &Values<T>) -> T {
         match self {
@@ -128,6 +190,7 @@ impl Node {
             Self::Negate(node) => -node.evaluate(at),
             Self::Binary(operator, a, b) => operator.apply(a.evaluate(at), b.evaluate(at)),
             Self::Call(function, arguments) => function.evaluate(arguments, at),
+            Self::If(test, one, other) => if test.holds(at) { one } else { other }.evaluate(at),
         }
     }
 
@@ -139,94 +202,121 @@ impl Node {
             Self::Negate(node) => node.uses(wanted),
             Self::Binary(_, a, b) => a.uses(wanted) || b.uses(wanted),
             Self::Call(_, arguments) => arguments.iter().any(|node| node.uses(wanted)),
+            Self::If(test, one, other) => test.uses(wanted) || one.uses(wanted) || other.uses(wanted),
         }
     }
-}
 
-impl Node {
     fn collect_kinks(&self, kinks: &mut Vec<f64>) {
         match self {
             Self::Number(_) | Self::Variable(_) => {}
             Self::Negate(node) => node.collect_kinks(kinks),
-            Self::Binary(operator, a, b) => {
-                let sides = [(a.as_ref(), b.as_ref()), (b.as_ref(), a.as_ref())];
-                let time = sides.into_iter().find(|(side, _)| matches!(side, Self::Variable(Variable::Time)));
-                if let Some((_, other)) = time.filter(|_| operator.compares())
-                    && other.is_a_number()
-                {
-                    kinks.push(other.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: 0.0 }));
-                }
-                [a, b].iter().for_each(|side| side.collect_kinks(kinks));
-            }
+            Self::Binary(_, a, b) => [a, b].iter().for_each(|side| side.collect_kinks(kinks)),
             Self::Call(function, arguments) => {
-                if let (
-                    Function::Min | Function::Max,
-                    [Self::Variable(Variable::Time), other] | [other, Self::Variable(Variable::Time)],
-                ) = (function, arguments.as_slice())
-                    && other.is_a_number()
-                {
-                    kinks.push(other.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: 0.0 }));
+                let chooses = matches!(function, Function::Min | Function::Max);
+                if chooses && arguments.iter().any(Self::is_time) {
+                    kinks.extend(arguments.iter().filter_map(Self::number));
                 }
                 arguments.iter().for_each(|node| node.collect_kinks(kinks));
+            }
+            Self::If(test, one, other) => {
+                test.collect_kinks(kinks);
+                [one, other].iter().for_each(|branch| branch.collect_kinks(kinks));
             }
         }
     }
 
-    fn is_a_number(&self) -> bool {
+    fn is_time(&self) -> bool {
+        matches!(self, Self::Variable(Variable::Time))
+    }
+
+    /// The value, if no variable occurs.
+    fn number(&self) -> Option<f64> {
+        let constant = !self.uses(&|_| true);
+        constant.then(|| self.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: 0.0 }))
+    }
+}
+
+impl Test {
+    fn holds<T: Scalar>(&self, at: &Values<T>) -> bool {
         match self {
-            Self::Number(_) => true,
-            Self::Variable(_) => false,
-            Self::Negate(node) => node.is_a_number(),
-            Self::Binary(_, a, b) => a.is_a_number() && b.is_a_number(),
-            Self::Call(_, arguments) => arguments.iter().all(Self::is_a_number),
+            Self::Compare(comparison, a, b) => comparison.holds(a.evaluate(at).real(), b.evaluate(at).real()),
+            Self::And(a, b) => a.holds(at) && b.holds(at),
+            Self::Or(a, b) => a.holds(at) || b.holds(at),
+            Self::Not(test) => !test.holds(at),
+        }
+    }
+
+    /// Whether a variable that satisfies `wanted` occurs.
+    fn uses(&self, wanted: &impl Fn(Variable) -> bool) -> bool {
+        match self {
+            Self::Compare(_, a, b) => a.uses(wanted) || b.uses(wanted),
+            Self::And(a, b) | Self::Or(a, b) => a.uses(wanted) || b.uses(wanted),
+            Self::Not(test) => test.uses(wanted),
+        }
+    }
+
+    fn collect_kinks(&self, kinks: &mut Vec<f64>) {
+        match self {
+            Self::Compare(_, a, b) => {
+                if a.is_time() {
+                    kinks.extend(b.number());
+                }
+                if b.is_time() {
+                    kinks.extend(a.number());
+                }
+                [a, b].iter().for_each(|side| side.collect_kinks(kinks));
+            }
+            Self::And(a, b) | Self::Or(a, b) => [a, b].iter().for_each(|test| test.collect_kinks(kinks)),
+            Self::Not(test) => test.collect_kinks(kinks),
         }
     }
 }
 
 impl Operator {
-    fn compares(self) -> bool {
-        use Operator::{Equal, Greater, GreaterEqual, Less, LessEqual, NotEqual};
-        matches!(self, Less | LessEqual | Greater | GreaterEqual | Equal | NotEqual)
-    }
-
     fn apply<T: Scalar>(self, a: T, b: T) -> T {
-        let (x, y) = (a.real(), b.real());
-        let truth = |holds: bool| T::constant(f64::from(u8::from(holds)));
         match self {
             Self::Add => a + b,
             Self::Subtract => a - b,
             Self::Multiply => a * b,
             Self::Divide => a / b,
             Self::Power => a.power(b),
-            Self::Less => truth(x < y),
-            Self::LessEqual => truth(x <= y),
-            Self::Greater => truth(x > y),
-            Self::GreaterEqual => truth(x >= y),
-            Self::Equal => truth(x == y),
-            Self::NotEqual => truth(x != y),
+        }
+    }
+}
+
+impl Comparison {
+    fn holds(self, x: f64, y: f64) -> bool {
+        match self {
+            Self::Less => x < y,
+            Self::LessEqual => x <= y,
+            Self::Greater => x > y,
+            Self::GreaterEqual => x >= y,
+            Self::Equal => x == y,
+            Self::NotEqual => x != y,
         }
     }
 }
 
 impl Function {
     /// The value for arguments of which the parser has seen to it that there are enough; a function of one argument goes
-    /// by its first and second derivatives, the others choose one of theirs.
+    /// by its first and second derivatives, the others are made of operations that have them.
     fn evaluate<T: Scalar>(self, arguments: &[Node], at: &Values<T>) -> T {
         let value = |number: usize| arguments[number].evaluate(at);
         let argument = value(0);
+        let others = || arguments[1..].iter().map(|node| node.evaluate(at));
         let x = argument.real();
         let (f, first, second) = match self {
-            Self::If => return if x != 0.0 { value(1) } else { value(2) },
-            Self::Min => {
-                let other = value(1);
-                return if x <= other.real() { argument } else { other };
-            }
-            Self::Max => {
-                let other = value(1);
-                return if x >= other.real() { argument } else { other };
-            }
+            Self::Min => return others().fold(argument, |a, b| if a.real() <= b.real() { a } else { b }),
+            Self::Max => return others().fold(argument, |a, b| if a.real() >= b.real() { a } else { b }),
+            Self::Atan2 => return argument.angle_over(value(1)),
+            Self::Pow => return argument.power(value(1)),
+            Self::Mod => return argument.modulo(value(1)),
             Self::Sin => (x.sin(), x.cos(), -x.sin()),
             Self::Cos => (x.cos(), -x.sin(), -x.cos()),
+            Self::Tanh => {
+                let slope = 1.0 / x.cosh().powi(2);
+                (x.tanh(), slope, -2.0 * x.tanh() * slope)
+            }
             Self::Exp => (x.exp(), x.exp(), x.exp()),
             Self::Log => (x.ln(), 1.0 / x, -1.0 / (x * x)),
             Self::Sqrt => (x.sqrt(), 0.5 / x.sqrt(), -0.25 / (x * x.sqrt())),

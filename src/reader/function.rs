@@ -191,10 +191,11 @@ fn from_scalar(scalar: &Scalar, dimension: Dimension) -> Result<Function, Compla
         return scalar.in_dimension(dimension).map(Function::constant);
     };
     Function::expression(text).or_else(|complaint| {
-        let bare = text.trim_start();
-        let after = bare[unit::number_length(bare)..].trim_start();
-        let has_unit = after.len() < bare.len() && after.starts_with(char::is_alphabetic);
-        if has_unit { scalar.in_dimension(dimension).map(Function::constant) } else { Err(complaint) }
+        if unit::follows_number(text) {
+            scalar.in_dimension(dimension).map(Function::constant)
+        } else {
+            Err(complaint)
+        }
     })
 }
 

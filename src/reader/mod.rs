@@ -3,6 +3,7 @@
 
 pub mod at;
 pub mod complaint;
+pub mod condition;
 pub mod context;
 mod deserializer;
 pub mod document;
@@ -12,6 +13,7 @@ pub mod findings;
 pub mod function;
 pub mod laws;
 pub mod node;
+pub mod parameters;
 mod path;
 pub mod place;
 pub mod power_stiffness;

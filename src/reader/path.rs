@@ -102,6 +102,10 @@ impl Entry<'_> {
         let entries = self.entries(node)?;
         let at = match entries.iter().position(|(name, _)| name.value == self.key) {
             Some(found) => found,
+            // An entry that no expression of the case uses would change nothing.
+            None if self.parent == "parameters" => {
+                return Err(self.unknown("parameter", entries));
+            }
             None if !self.is_last && NAMES.contains(&self.parent) => {
                 let noun = format!("name under {}", self.parent);
                 return Err(self.unknown(&noun, entries));

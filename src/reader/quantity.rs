@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::at::At;
 use super::complaint::Complaint;
+use super::context::parameter_names;
+use super::expression::Expression;
 use super::place::Place;
 use super::unit::{self, Dimension};
 use super::units::{self, Units};
@@ -98,6 +100,28 @@ pub enum Scalar {
 }
 
 impl Scalar {
+    /// The value of an expression in which a parameter of the case occurs; `None` if this is no such expression.
+    pub fn parameter_expression(&self) -> Option<Result<f64, Complaint>> {
+        let Self::Text(text) = self else { return None };
+        let expression = Expression::parse(text).ok().filter(Expression::uses_parameters)?;
+        if expression.varies_in_space() || expression.varies_in_time() {
+            let message = format!("'{text}' depends on x, y, z or t, but one number is expected");
+            return Some(Err(Complaint::new(message)));
+        }
+        let value = expression.value([0.0; 3], 0.0);
+        let message = || Complaint::new(format!("the value of '{text}' is not finite"));
+        Some(if value.is_finite() { Ok(value) } else { Err(message()) })
+    }
+
+    /// The complaint about an expression, if the case has parameters and this is no number with a unit.
+    fn misspelt_parameter(&self) -> Option<Complaint> {
+        let Self::Text(text) = self else { return None };
+        if parameter_names().is_empty() || unit::follows_number(text) {
+            return None;
+        }
+        Expression::parse(text).err()
+    }
+
     /// The value in the units of the case, if this is a number or a string with a unit of that dimension.
     pub fn in_dimension(&self, dimension: Dimension) -> Result<f64, Complaint> {
         let units = units::reading();
@@ -105,15 +129,20 @@ impl Scalar {
         let examples = || units.examples(dimension);
         let (text, found) = match self {
             Self::Number(value) => return Ok(*value),
-            Self::Text(text) => (text, unit::parse(text)),
+            Self::Text(text) => match self.parameter_expression() {
+                Some(value) => return value,
+                None => (text, unit::parse(text)),
+            },
             Self::Other(found) => {
                 return Err(Complaint::new(format!("expected {expected}, found {found}")).hint(examples()));
             }
         };
-        let (si, written) = found.map_err(|c| Complaint {
-            message: format!("{}; expected {expected}", c.message),
-            hint: if c.hint.is_empty() { examples() } else { c.hint.clone() },
-            ..c
+        let (si, written) = found.map_err(|c| {
+            self.misspelt_parameter().unwrap_or(Complaint {
+                message: format!("{}; expected {expected}", c.message),
+                hint: if c.hint.is_empty() { examples() } else { c.hint.clone() },
+                ..c
+            })
         })?;
         if written == dimension {
             return Ok(units.number(si, dimension));

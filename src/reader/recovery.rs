@@ -5,7 +5,9 @@ use serde::de::DeserializeOwned;
 
 use super::at::At;
 use super::complaint::{Complaint, Repair};
+use super::context::with_parameters;
 use super::node::{Node, Tree};
+use super::parameters::parameters_of;
 use super::place::Place;
 use super::schema::{owners_of, schema_of};
 use super::source::{MOST_SHOWN, Source};
@@ -36,7 +38,17 @@ pub(super) fn read_checked<T: DeserializeOwned + JsonSchema>(
     units: Units,
     check: impl Fn(&T) -> Vec<Complaint>,
 ) -> Result<T> {
-    let found = match reading_in(units, || T::deserialize(root)) {
+    let parameters = reading_in(units, || parameters_of(root));
+    reading_in(units, || with_parameters(parameters, || read_in_context(root, source, check)))
+}
+
+/// Reads and checks data in units and with parameters that are known.
+fn read_in_context<T: DeserializeOwned + JsonSchema>(
+    root: &Node,
+    source: &Source,
+    check: impl Fn(&T) -> Vec<Complaint>,
+) -> Result<T> {
+    let found = match T::deserialize(root) {
         Ok(data) => match check(&data) {
             none if none.is_empty() => return Ok(data),
             found => found,
@@ -44,7 +56,7 @@ pub(super) fn read_checked<T: DeserializeOwned + JsonSchema>(
         Err(first) => {
             let first = first.or_at(root.place);
             let is_long = source.text.len() > LONGEST;
-            if is_long { vec![first] } else { reading_in(units, || all(root, first, check)) }
+            if is_long { vec![first] } else { all(root, first, check) }
         }
     };
     Err(source.errors(name_owners::<T>(found)))

@@ -121,9 +121,12 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
 
     fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
         let is_number = name.trim_start().starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-        if is_number && self.variants.contains(&"constant") {
-            let number = Scalar::Text(name.to_owned()).in_dimension(Dimension::NONE).map_err(E::custom)?;
-            return self.constant(number);
+        if self.variants.contains(&"constant") {
+            let written = Scalar::Text(name.to_owned());
+            if is_number || written.parameter_expression().is_some() {
+                let number = written.in_dimension(Dimension::NONE).map_err(E::custom)?;
+                return self.constant(number);
+            }
         }
         self.known(name).map_err(E::custom)?;
         self.visitor.visit_enum(NameAlone(name, PhantomData))

@@ -123,6 +123,13 @@ pub(super) fn number_length(text: &str) -> usize {
     longest
 }
 
+/// Whether a text begins with a number that a word follows, as in `5 mm`.
+pub(super) fn follows_number(text: &str) -> bool {
+    let bare = text.trim_start();
+    let after = bare[number_length(bare)..].trim_start();
+    after.len() < bare.len() && after.starts_with(char::is_alphabetic)
+}
+
 /// Value in SI and dimension of a number with a unit, as `"300 kN/m"`, `"1700 kg/m^3"`, `"2 N*s/m"`.
 ///
 /// # Errors

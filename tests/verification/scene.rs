@@ -104,7 +104,7 @@ pub fn function(text: &str) -> PlacedFunction {
 /// A prescribed motion of the components that are not empty.
 pub fn support<const D: usize>(set: &str, components: [&str; D]) -> Support<D> {
     let components = components.map(|text| (!text.is_empty()).then(|| function(text)));
-    Support { name: format!("hold {set}"), set: set.to_owned(), components }
+    Support { name: format!("hold {set}"), set: set.to_owned(), bodies: vec![0], components }
 }
 
 /// A load on a set of the block.

@@ -1,6 +1,6 @@
 //! Checks of `bodies`.
 
-use super::super::{Body, Boundary, BoxMesh, Locking, Merge, Mesh};
+use super::super::{Body, BodySet, Boundary, BoxMesh, Locking, Merge, Mesh, Selection};
 use super::Check;
 use crate::reader::at::At;
 
@@ -19,6 +19,7 @@ impl Check<'_> {
         if let Some(&Merge::Tolerance(tolerance)) = merge.map(|merge| &merge.value) {
             self.found.positive("merge.tolerance", tolerance);
         }
+        body.sets.iter().for_each(|(name, set)| self.body_set(name, set));
         body.material.check(&mut self.found);
         match body.density {
             Some(density) => self.found.not_negative("the density", density.value, density.place),
@@ -55,9 +56,35 @@ impl Check<'_> {
         }
     }
 
+    fn body_set(&mut self, name: &At<String>, set: &BodySet) {
+        match &set.selection {
+            Selection::Where(condition) => {
+                let plane = self.dimension == Some(2);
+                self.found.require(!(plane && condition.uses_z()), name.place, "a 2D case has no z");
+            }
+            Selection::Box(region) => {
+                self.size("the corner 'min'", &region.min);
+                self.size("the corner 'max'", &region.max);
+                for (min, max) in region.min.iter().zip(region.max.iter()) {
+                    let message = format!("the box is empty: max {} < min {}", max.value, min.value);
+                    self.found.require(max.value >= min.value, max.place, message);
+                }
+            }
+            Selection::Sphere(sphere) => {
+                self.size("the center", &sphere.center);
+                self.found.positive("the radius", sphere.radius);
+            }
+            Selection::Of(_, names) => {
+                let message = format!("two or more sets can be combined, found {}", names.len());
+                self.found.require(names.len() >= 2, names.place, message);
+            }
+        }
+    }
+
     fn missing_density(&mut self, name: &At<String>) {
-        let weighs =
-            |(_, boundary): (_, &Boundary)| boundary.gravity.is_some() && boundary.on.value == name.value;
+        let weighs = |(_, boundary): (_, &Boundary)| {
+            boundary.gravity.is_some() && boundary.on.names().iter().any(|on| on.value == name.value)
+        };
         if !self.case.is_static() || self.case.boundary.iter().any(weighs) {
             self.found.say(name.place, format!("the body '{}' needs a density", name.value));
             let unit = self.case.units.of("kg/m3");
@@ -67,8 +94,9 @@ impl Check<'_> {
     }
 
     fn is_held(&self, body: &str) -> bool {
-        let of_body = |set: &str| set.split('.').next() == Some(body);
-        let supported = |boundary: &Boundary| boundary.displacement.is_some() && of_body(&boundary.on);
+        let supported = |boundary: &Boundary| {
+            boundary.displacement.is_some() && boundary.on.bodies().any(|name| name == body)
+        };
         self.case.boundary.values().any(supported)
             || self.case.contact.values().any(|contact| contact.is_on(body))
     }

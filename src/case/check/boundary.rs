@@ -7,44 +7,42 @@ use crate::reader::function::{Function, Varying};
 
 impl Check<'_> {
     pub(super) fn boundary(&mut self, name: &At<String>, boundary: &Boundary) {
-        let on = &boundary.on;
-        let known = self.body_of(on);
+        for on in boundary.on.names() {
+            self.acts_on(boundary, on);
+        }
         let actions: Vec<Action> = boundary.actions().collect();
         if actions.len() != 1 {
             let does = if actions.is_empty() { "has no action" } else { "has more than one action" };
             self.found.say(name.place, format!("the boundary '{}' {does}", name.value));
             self.found.cure("give it exactly one of displacement, gravity, traction, pressure");
         }
-        let whole = !on.contains('.');
         for action in &actions {
             match action {
                 Action::Displacement(components) => self.components(name, components),
                 Action::Gravity(components) => {
                     components.iter().for_each(|component| self.finite(component));
                     boundary.gravity.iter().for_each(|gravity| self.size("gravity", gravity));
-                    self.found.require(
-                        whole || !known,
-                        on.place,
-                        "gravity acts on a whole body, not on one of its sets",
-                    );
                 }
-                Action::Traction(components) => {
-                    self.components(name, components);
-                    self.found.require(
-                        !whole || !known,
-                        on.place,
-                        "a traction acts on a surface, such as body.set",
-                    );
-                }
-                Action::Pressure(pressure) => {
-                    self.finite(pressure);
-                    self.found.require(
-                        !whole || !known,
-                        on.place,
-                        "a pressure acts on a surface, such as body.set",
-                    );
-                }
+                Action::Traction(components) => self.components(name, components),
+                Action::Pressure(pressure) => self.finite(pressure),
             }
+        }
+    }
+
+    /// Whether the actions of a boundary can act on a body or a set.
+    fn acts_on(&mut self, boundary: &Boundary, on: &At<String>) {
+        if !self.body_of(on) {
+            return;
+        }
+        let whole = !on.contains('.');
+        for action in boundary.actions() {
+            let (fits, message) = match action {
+                Action::Displacement(_) => (true, ""),
+                Action::Gravity(_) => (whole, "gravity acts on a whole body, not on one of its sets"),
+                Action::Traction(_) => (!whole, "a traction acts on a surface, such as body.set"),
+                Action::Pressure(_) => (!whole, "a pressure acts on a surface, such as body.set"),
+            };
+            self.found.require(fits, on.place, message);
         }
     }
 
@@ -69,17 +67,19 @@ impl Check<'_> {
             let Some(displacement) = &boundary.displacement else { continue };
             for (direction, component) in displacement.as_array().into_iter().enumerate() {
                 let Some(component) = component else { continue };
-                let entry = (boundary.on.value.as_str(), direction);
                 let function: &Function = component;
-                if seen.iter().any(|(other, motion)| *other == entry && *motion != function) {
-                    let axis = ["x", "y", "z"][direction];
-                    let on = entry.0;
-                    let message = format!(
-                        "the displacement {axis} of '{on}' is prescribed twice with different values"
-                    );
-                    self.found.say(component.place, message);
+                for on in boundary.on.names() {
+                    let entry = (on.value.as_str(), direction);
+                    if seen.iter().any(|(other, motion)| *other == entry && *motion != function) {
+                        let axis = ["x", "y", "z"][direction];
+                        let on = entry.0;
+                        let message = format!(
+                            "the displacement {axis} of '{on}' is prescribed twice with different values"
+                        );
+                        self.found.say(component.place, message);
+                    }
+                    seen.push((entry, function));
                 }
-                seen.push((entry, function));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Checks of `obstacles` and `contact`.
 
 use super::super::contact::ALL;
-use super::super::{Contact, Start};
+use super::super::{Contact, SetNames, Start};
 use super::Check;
 use crate::contact::friction::Regularization;
 use crate::contact::obstacle::Obstacle;
@@ -16,37 +16,33 @@ impl Check<'_> {
     }
 
     pub(super) fn contact(&mut self, contact: &Contact) {
-        if self.case.obstacles.get(&contact.contactor).is_some() {
-            self.found.say(
-                contact.contactor.place,
-                format!(
-                    "'{}' is an obstacle; the contactor must be a surface of a body",
-                    contact.contactor.value
-                ),
-            );
-            self.found.cure("exchange contactor and target");
-        } else if self.case.rigid.get(&contact.contactor).is_some() {
-            let name = &contact.contactor.value;
-            if self.case.shape(&contact.target).is_some() {
-                let message = format!(
-                    "'{name}' and '{}' are both rigid: contact acts between a deformable body and another body",
-                    contact.target.value
+        for contactor in contact.contactor.names() {
+            if self.case.obstacles.get(contactor).is_some() {
+                self.found.say(
+                    contactor.place,
+                    format!(
+                        "'{}' is an obstacle; the contactor must be a surface of a body",
+                        contactor.value
+                    ),
                 );
-                self.found.say(contact.contactor.place, message);
-                self.found.cure(
-                    "remove the contact: prescribed motions need no contact force, and must not collide",
-                );
-            } else {
-                let message =
-                    format!("'{name}' is a rigid body; the contactor must be a surface of a deformable body");
-                self.found.say(contact.contactor.place, message);
                 self.found.cure("exchange contactor and target");
+            } else if self.case.rigid.get(contactor).is_some() {
+                self.rigid_contactor(contactor, &contact.target);
+            } else if !contact.is_general() && !self.is_all_in_list(&contact.contactor, contactor) {
+                self.surface("a contactor", contactor);
             }
-        } else if !contact.is_general() {
-            self.surface("a contactor", &contact.contactor);
         }
-        if self.case.shape(&contact.target).is_none() {
-            self.target(contact);
+        for target in contact.target.names() {
+            let is_rigid = self.case.shape(target).is_some();
+            if is_rigid && contact.target.is_list() {
+                let kind = if self.case.rigid.get(target).is_some() { "a rigid body" } else { "an obstacle" };
+                let message = format!("'{}' is {kind} and can not be one of several targets", target.value);
+                self.found.say(target.place, message);
+                self.found
+                    .cure(&format!("write a contact of its own for {kind}; a list of sets is one surface"));
+            } else if !is_rigid && !self.is_all_in_list(&contact.target, target) {
+                self.target(contact, target);
+            }
         }
         self.quadrature(contact);
         contact.normal.law().check(&mut self.found);
@@ -55,6 +51,24 @@ impl Check<'_> {
             regularization.check(&mut self.found);
             self.slip_velocity(&regularization);
         }
+    }
+
+    /// A rigid body can not be the contactor.
+    fn rigid_contactor(&mut self, contactor: &At<String>, target: &SetNames) {
+        let name = &contactor.value;
+        let (message, cure) = if self.case.shape(target).is_some() {
+            let message = format!(
+                "'{name}' and '{}' are both rigid: contact acts between a deformable body and another body",
+                target.value
+            );
+            (message, "remove the contact: prescribed motions need no contact force, and must not collide")
+        } else {
+            let message =
+                format!("'{name}' is a rigid body; the contactor must be a surface of a deformable body");
+            (message, "exchange contactor and target")
+        };
+        self.found.say(contactor.place, message);
+        self.found.cure(cure);
     }
 
     /// Contact points are the vertices of the contactor, whatever its facets.
@@ -73,7 +87,8 @@ impl Check<'_> {
         let mut before: Vec<(&str, &Contact)> = Vec::new();
         for (name, contact) in self.case.contact.iter() {
             let same = |other: &&(&str, &Contact)| {
-                other.1.contactor == contact.contactor && other.1.target == contact.target
+                other.1.contactor.value == contact.contactor.value
+                    && other.1.target.value == contact.target.value
             };
             if let Some((first, _)) = before.iter().find(same) {
                 let message = format!("contacts '{first}' and '{}' have the same two sides", name.value);
@@ -106,8 +121,17 @@ impl Check<'_> {
         }
     }
 
-    fn target(&mut self, contact: &Contact) {
-        let target = &contact.target;
+    /// Whether a name of a list is `all`, which is an error: the whole surface of all bodies needs no others beside it.
+    fn is_all_in_list(&mut self, list: &SetNames, name: &At<String>) -> bool {
+        let found = list.is_list() && name.value == ALL;
+        if found {
+            self.found.say(name.place, "`all` contains every other surface and can not be one of several");
+            self.found.cure("write `all` alone, or name the sets");
+        }
+        found
+    }
+
+    fn target(&mut self, contact: &Contact, target: &At<String>) {
         let of_bodies = target.contains('.') || self.case.bodies.get(target).is_some();
         if (target.value == ALL && !contact.is_general()) || (contact.is_general() && of_bodies) {
             let message = "`all` is the whole surface of all bodies and contains every other surface";

@@ -114,5 +114,9 @@ fn kinks_are_found() {
     assert_eq!(kinks("if(t < 0.01, 8e4 * sin(100 * pi * t), 0)"), [0.01]);
     assert_eq!(kinks("x * if(2 * 0.1 >= t, 1, min(t, 0.5))"), [0.2, 0.5]);
     assert!(kinks("if(x < 0.3, t, 2 * t)").is_empty());
+    assert_eq!(
+        kinks("min(t, 0.5, 2 * 0.1) * if(t > 1 and not (3 < t or x < 1), 1, 2)"),
+        [0.5, 0.2, 1.0, 3.0]
+    );
     assert_eq!(Function::table(vec![[0.0, 1.0], [0.3, 2.0]]).unwrap().kinks(), [0.0, 0.3]);
 }

@@ -27,8 +27,19 @@ fn expressions_evaluate() {
         ("1.5e-3 * t", 1.5e-3 * t),
         ("if(t < 1, 5, 6)", 5.0),
         ("if(t >= 1, 5, 6)", 6.0),
-        ("(x <= x) + (x > y) + (x == y) + (x != y)", 3.0),
-        ("if(x, 1, 0)", 1.0),
+        ("if(x <= x and x > y and x != y, 1, 0)", 1.0),
+        ("if(x == y or x < y, 1, 0)", 0.0),
+        ("if(x == y or x < y and x == x or 1 >= 1, 1, 0)", 1.0),
+        ("if(not x == y and not (x < y or y > x), 1, 0)", 1.0),
+        ("if((x > y) or (not x > y), (1), 0)", 1.0),
+        ("min(3, x, 2, y, 4) + 10 * max(y, x, -1)", y + 10.0 * x),
+        ("tanh(t) + tanh(1000)", t.tanh() + 1.0),
+        ("atan2(y, x) + atan2(x, y)", y.atan2(x) + x.atan2(y)),
+        ("pow(t, 3) - t^3", 0.0),
+        ("mod(7.5, 2)", 1.5),
+        ("mod(-7.5, 2)", 0.5),
+        ("mod(7.5, -2)", -0.5),
+        ("mod(6, 2)", 0.0),
         ("if(t < 1, t, log(0 - 1))", t),
     ] {
         let found = Function::expression(text).unwrap().value(SPACE, t);
@@ -39,8 +50,18 @@ fn expressions_evaluate() {
 /// The value with derivatives is the value, also where those are none: a negative number to a power that varies.
 #[test]
 fn values_do_not_depend_on_how_they_are_asked_for() {
-    for text in ["(-1) ^ (-t)", "0 ^ t", "(x - 0.3) ^ t", "-(- 1+++++++1)^-t", "--(- +t)/-t", "x / (49 * t)"]
-    {
+    for text in [
+        "(-1) ^ (-t)",
+        "0 ^ t",
+        "(x - 0.3) ^ t",
+        "-(- 1+++++++1)^-t",
+        "--(- +t)/-t",
+        "x / (49 * t)",
+        "atan2(t, x - 0.3)",
+        "mod(t, x - 0.3)",
+        "mod(x, t - 1)",
+        "tanh(1 / t)",
+    ] {
         for t in [0.0, 1.0, 2.0, f64::MAX] {
             let function = Function::expression(text).unwrap();
             let (value, motion) = (function.value(SPACE, t), function.motion(SPACE, t).value);
@@ -64,6 +85,13 @@ fn motion_passes_the_taylor_test() {
         "min(t^2, 5 * t) + max(t^3, 0 - t)",
         "if(t < 2, 0.5 * t - 0.1 * sin(3 * t), t)",
         "-(t * x) ^ 2",
+        "tanh(3 * t - 2)",
+        "atan2(sin(3 * t), cos(3 * t))",
+        "atan2(t^2, -3 - t) + atan2(-1 - t, t^3)",
+        "pow(t, 2.5) + pow(1 + t, t)",
+        "mod(3 * t^2, 0.7) + mod(-t, 1 + t)",
+        "min(5, t^2, 2 * t) + max(t^3, t^2, 0 - t)",
+        "if(t > 0.5 and not t > 2, t^2, 0)",
         "y / t",
     ] {
         let function = Function::expression(text).unwrap();

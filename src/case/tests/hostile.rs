@@ -70,8 +70,9 @@ proptest! {
 
     /// Nor does any expression or unit.
     #[test]
-    fn arbitrary_expressions_and_units_never_panic(text in "[-+*/^().,<>=!a-z0-9 µ€]{0,40}") {
+    fn arbitrary_expressions_and_units_never_panic(text in "([-+*/^().,<>=!a-z0-9 µ€]|and|or|not|if|mod|atan2){0,40}") {
         let _ = crate::case::Function::expression(&text).map(|function| function.motion([0.1, 0.2, 0.3], 0.4));
+        let _ = crate::reader::condition::Condition::parse(&text).map(|condition| condition.holds([0.1, 0.2, 0.3]));
         let _ = crate::reader::unit::parse(&text);
     }
 }

@@ -5,6 +5,7 @@ mod broken;
 mod document;
 mod functions;
 mod hostile;
+mod parameters;
 mod rigid;
 mod several;
 mod shipped;

@@ -76,7 +76,7 @@ fn one_fault_is_one_error() {
         ("coulomb:", "coulumb:"),
         ("end: \"70 ms\"", "end: 5 MPa"),
         ("step: 5.0e-4", "step: soon"),
-        ("contactor: block.bottom", "contactor: [block.bottom]"),
+        ("contactor: block.bottom", "contactor: { a: block.bottom }"),
         ("material: { neo_hookean:", "material: { neo_hokean:"),
         ("\"1700 kg/m3\"", "\"1700 kg\""),
         ("density: \"1700 kg/m3\"", "densty: \"1700 kg/m3\""),

@@ -1,34 +1,56 @@
-//! Recursive descent: comparison < sum < product < sign < power < atom.
+//! Recursive descent: or < and < not < comparison < sum < product < sign < power < atom.
 
-use super::super::complaint::Complaint;
+use super::super::complaint::{Complaint, listed, nearest};
+use super::super::context::{parameter, parameter_names};
 use super::super::unit::number_length;
-use super::{FUNCTIONS, Node, Operator, VARIABLES};
+use super::{Comparison, FUNCTIONS, Function, Node, Operator, Test, VARIABLES};
 
 /// Longer symbols first, so that `<=` is not read as `<`.
-const COMPARISONS: [(&str, Operator); 6] = [
-    ("<=", Operator::LessEqual),
-    (">=", Operator::GreaterEqual),
-    ("==", Operator::Equal),
-    ("!=", Operator::NotEqual),
-    ("<", Operator::Less),
-    (">", Operator::Greater),
+const COMPARISONS: [(&str, Comparison); 6] = [
+    ("<=", Comparison::LessEqual),
+    (">=", Comparison::GreaterEqual),
+    ("==", Comparison::Equal),
+    ("!=", Comparison::NotEqual),
+    ("<", Comparison::Less),
+    (">", Comparison::Greater),
 ];
 
 const SUMS: [(&str, Operator); 2] = [("+", Operator::Add), ("-", Operator::Subtract)];
 const PRODUCTS: [(&str, Operator); 2] = [("*", Operator::Multiply), ("/", Operator::Divide)];
 
+/// Words that are neither variables nor functions of numbers.
+const WORDS: [&str; 5] = ["pi", "if", "and", "or", "not"];
+
 const MAX_DEPTH: usize = 64;
 const MAX_OPERATIONS: usize = 1000;
 
-/// The tree of an expression.
-pub(super) fn parse(text: &str) -> Result<Node, Complaint> {
-    let mut parser = Parser { text, at: 0, depth: 0, operations: 0 };
-    let root = parser.comparison()?;
-    parser.skip_space();
-    match parser.rest().chars().next() {
-        None => Ok(root),
-        Some(c) => Err(parser.wrong(format!("unexpected '{c}' in the expression"))),
-    }
+/// Whether the grammar gives a name a meaning, so that no parameter can have it.
+pub(in super::super) fn is_reserved(name: &str) -> bool {
+    own_names().any(|own| own == name)
+}
+
+/// The names of the grammar.
+fn own_names() -> impl Iterator<Item = &'static str> {
+    let variables = VARIABLES.iter().map(|entry| entry.0);
+    variables.chain(WORDS).chain(FUNCTIONS.iter().map(|entry| entry.0))
+}
+
+/// The tree of an expression whose value is a number, and whether a parameter occurs in it.
+pub(super) fn parse_number(text: &str) -> Result<(Node, bool), Complaint> {
+    let mut parser = Parser::new(text);
+    let root = parser.whole(|parser| parser.number(Parser::any))?;
+    Ok((root, parser.uses_parameters))
+}
+
+/// The tree of a condition.
+pub(super) fn parse_condition(text: &str) -> Result<Test, Complaint> {
+    Parser::new(text).whole(|parser| parser.condition(Parser::any))
+}
+
+/// Part of an expression.
+enum Part {
+    Number(Node),
+    Condition(Test),
 }
 
 struct Parser<'a> {
@@ -36,9 +58,24 @@ struct Parser<'a> {
     at: usize,
     depth: usize,
     operations: usize,
+    uses_parameters: bool,
 }
 
 impl<'a> Parser<'a> {
+    fn new(text: &'a str) -> Self {
+        Self { text, at: 0, depth: 0, operations: 0, uses_parameters: false }
+    }
+
+    /// What the whole text is.
+    fn whole<R>(&mut self, read: impl FnOnce(&mut Self) -> Result<R, Complaint>) -> Result<R, Complaint> {
+        let root = read(self)?;
+        self.skip_space();
+        match self.rest().chars().next() {
+            None => Ok(root),
+            Some(c) => Err(self.wrong(format!("unexpected '{c}' in the expression"))),
+        }
+    }
+
     fn rest(&self) -> &'a str {
         &self.text[self.at..]
     }
@@ -48,15 +85,50 @@ impl<'a> Parser<'a> {
     }
 
     fn wrong(&self, message: String) -> Complaint {
-        Complaint::new(message)
-            .hint("known: x y z t pi, + - * / ^, < <= > >= == !=, sin cos exp log sqrt abs min max if(condition, a, b)")
-            .offset(self.text[..self.at].chars().count())
+        self.wrong_at(self.at, message)
+    }
+
+    fn wrong_at(&self, at: usize, message: String) -> Complaint {
+        let functions: Vec<&str> = FUNCTIONS.iter().map(|entry| entry.0).collect();
+        let hint = format!(
+            "known: x y z t pi, + - * / ^, < <= > >= == !=, and or not, {} if(condition, a, b)",
+            functions.join(" ")
+        );
+        Complaint::new(message).hint(hint).offset(self.text[..at].chars().count())
+    }
+
+    /// The complaint about a name that means nothing.
+    fn unknown(&self, name: &str) -> Complaint {
+        let mut complaint = self.wrong(format!("unknown name '{name}' in the expression"));
+        let parameters = parameter_names();
+        let mut known: Vec<&str> = parameters.iter().map(String::as_str).collect();
+        if !known.is_empty() {
+            complaint.hint.push_str(&format!("; parameters: {}", listed(&known)));
+        }
+        own_names().for_each(|own| known.push(own));
+        if let Some(meant) = nearest(name, &known).filter(|_| name.chars().count() > 1) {
+            complaint.hint.push_str(&format!("; did you mean '{meant}'?"));
+        }
+        complaint
     }
 
     fn take(&mut self, symbol: &str) -> bool {
         self.skip_space();
         let found = self.rest().starts_with(symbol);
         self.at += if found { symbol.len() } else { 0 };
+        found
+    }
+
+    /// The name at this position; empty if there is none.
+    fn name(&self) -> &'a str {
+        let rest = self.rest();
+        &rest[..rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())]
+    }
+
+    fn take_word(&mut self, word: &str) -> bool {
+        self.skip_space();
+        let found = self.name() == word;
+        self.at += if found { word.len() } else { 0 };
         found
     }
 
@@ -68,16 +140,16 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn one_of(&mut self, symbols: &[(&str, Operator)]) -> Option<Operator> {
+    fn one_of<O: Copy>(&mut self, symbols: &[(&str, O)]) -> Option<O> {
         symbols.iter().find(|(symbol, _)| self.take(symbol)).map(|(_, operator)| *operator)
     }
 
-    fn join(&mut self, operator: Operator, a: Node, b: Node) -> Result<Node, Complaint> {
+    fn count(&mut self) -> Result<(), Complaint> {
         self.operations += 1;
         if self.operations > MAX_OPERATIONS {
             return Err(self.wrong(format!("the expression has more than {MAX_OPERATIONS} operations")));
         }
-        Ok(Node::Binary(operator, Box::new(a), Box::new(b)))
+        Ok(())
     }
 
     fn deeper<R>(&mut self, read: impl FnOnce(&mut Self) -> Result<R, Complaint>) -> Result<R, Complaint> {
@@ -90,68 +162,157 @@ impl<'a> Parser<'a> {
         result
     }
 
-    fn comparison(&mut self) -> Result<Node, Complaint> {
-        let left = self.chain(&SUMS, |p| p.chain(&PRODUCTS, Self::signed))?;
-        match self.one_of(&COMPARISONS) {
-            None => Ok(left),
-            Some(operator) => {
-                let right = self.chain(&SUMS, |p| p.chain(&PRODUCTS, Self::signed))?;
-                self.join(operator, left, right)
-            }
+    /// A part that must be a number.
+    fn number(&mut self, read: impl FnOnce(&mut Self) -> Result<Part, Complaint>) -> Result<Node, Complaint> {
+        self.skip_space();
+        let start = self.at;
+        let part = read(self)?;
+        self.as_number(start, part)
+    }
+
+    /// The number that a part from `start` on must be.
+    fn as_number(&self, start: usize, part: Part) -> Result<Node, Complaint> {
+        match part {
+            Part::Number(node) => Ok(node),
+            Part::Condition(_) => Err(self
+                .wrong_at(start, "a number is expected here, but this is a condition".into())
+                .hint("if(condition, a, b) is a number that depends on a condition")),
         }
+    }
+
+    /// A part that must be a condition.
+    fn condition(
+        &mut self,
+        read: impl FnOnce(&mut Self) -> Result<Part, Complaint>,
+    ) -> Result<Test, Complaint> {
+        self.skip_space();
+        let start = self.at;
+        let part = read(self)?;
+        self.as_condition(start, part)
+    }
+
+    /// The condition that a part from `start` on must be.
+    fn as_condition(&self, start: usize, part: Part) -> Result<Test, Complaint> {
+        match part {
+            Part::Condition(test) => Ok(test),
+            Part::Number(_) => Err(self
+                .wrong_at(start, "a condition is expected here, but this is a number".into())
+                .hint("compare it, for example x > 0.3 and z < 1e-6")),
+        }
+    }
+
+    /// A number or a condition.
+    fn any(&mut self) -> Result<Part, Complaint> {
+        self.joined("or", |p| p.joined("and", Self::negated, Test::And), Test::Or)
+    }
+
+    /// Conditions joined by a word, from the left; or a single part of any kind.
+    fn joined(
+        &mut self,
+        word: &str,
+        operand: impl Fn(&mut Self) -> Result<Part, Complaint>,
+        join: impl Fn(Box<Test>, Box<Test>) -> Test,
+    ) -> Result<Part, Complaint> {
+        self.skip_space();
+        let start = self.at;
+        let mut left = operand(self)?;
+        while self.take_word(word) {
+            self.count()?;
+            let first = self.as_condition(start, left)?;
+            let second = self.condition(&operand)?;
+            left = Part::Condition(join(Box::new(first), Box::new(second)));
+        }
+        Ok(left)
+    }
+
+    /// A comparison, perhaps with `not` before it.
+    fn negated(&mut self) -> Result<Part, Complaint> {
+        if self.take_word("not") {
+            self.count()?;
+            let inner = self.deeper(|p| p.condition(Self::negated))?;
+            return Ok(Part::Condition(Test::Not(Box::new(inner))));
+        }
+        self.comparison()
+    }
+
+    fn comparison(&mut self) -> Result<Part, Complaint> {
+        self.skip_space();
+        let start = self.at;
+        let left = self.sum()?;
+        let Some(comparison) = self.one_of(&COMPARISONS) else { return Ok(left) };
+        self.count()?;
+        let left = self.as_number(start, left)?;
+        let right = self.number(Self::sum)?;
+        self.skip_space();
+        let symbol = self.at;
+        if self.one_of(&COMPARISONS).is_some() {
+            let message = "a comparison has two sides, and a third follows here".to_owned();
+            return Err(self.wrong_at(symbol, message).hint("join two comparisons: 0 < x and x < 1"));
+        }
+        Ok(Part::Condition(Test::Compare(comparison, Box::new(left), Box::new(right))))
+    }
+
+    fn sum(&mut self) -> Result<Part, Complaint> {
+        self.chain(&SUMS, |p| p.chain(&PRODUCTS, Self::signed))
     }
 
     /// Operands joined by operators of one precedence, from the left.
     fn chain(
         &mut self,
         symbols: &[(&str, Operator)],
-        operand: impl Fn(&mut Self) -> Result<Node, Complaint>,
-    ) -> Result<Node, Complaint> {
+        operand: impl Fn(&mut Self) -> Result<Part, Complaint>,
+    ) -> Result<Part, Complaint> {
+        self.skip_space();
+        let start = self.at;
         let mut left = operand(self)?;
         while let Some(operator) = self.one_of(symbols) {
-            let right = operand(self)?;
-            left = self.join(operator, left, right)?;
+            self.count()?;
+            let first = self.as_number(start, left)?;
+            let second = self.number(&operand)?;
+            left = Part::Number(Node::Binary(operator, Box::new(first), Box::new(second)));
         }
         Ok(left)
     }
 
     /// A sign binds weaker than a power: -x^2 is -(x^2).
-    fn signed(&mut self) -> Result<Node, Complaint> {
+    fn signed(&mut self) -> Result<Part, Complaint> {
         if self.take("-") {
-            return Ok(Node::Negate(Box::new(self.deeper(Self::signed)?)));
+            let inner = self.deeper(|p| p.number(Self::signed))?;
+            return Ok(Part::Number(Node::Negate(Box::new(inner))));
         }
         if self.take("+") {
-            return self.deeper(Self::signed);
+            return Ok(Part::Number(self.deeper(|p| p.number(Self::signed))?));
         }
+        let start = self.at;
         let base = self.atom()?;
         if !self.take("^") {
             return Ok(base);
         }
-        let exponent = self.deeper(Self::signed)?;
-        self.join(Operator::Power, base, exponent)
+        self.count()?;
+        let base = self.as_number(start, base)?;
+        let exponent = self.deeper(|p| p.number(Self::signed))?;
+        Ok(Part::Number(Node::Binary(Operator::Power, Box::new(base), Box::new(exponent))))
     }
 
-    fn atom(&mut self) -> Result<Node, Complaint> {
+    fn atom(&mut self) -> Result<Part, Complaint> {
         if self.take("(") {
-            let inner = self.deeper(Self::comparison)?;
+            let inner = self.deeper(Self::any)?;
             self.expect(")")?;
             return Ok(inner);
         }
         let digits = number_length(self.rest());
         if let (true, Ok(value)) = (self.starts_number(), self.rest()[..digits].parse()) {
             self.at += digits;
-            return Ok(Node::Number(value));
+            return Ok(Part::Number(Node::Number(value)));
         }
-        let length =
-            self.rest().find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(self.rest().len());
-        let name = &self.rest()[..length];
+        let name = self.name();
         if name.is_empty() {
             return Err(match self.rest().chars().next() {
                 None => self.wrong("the expression ends where a value should follow".into()),
                 Some(c) => self.wrong(format!("unexpected '{c}' in the expression")),
             });
         }
-        self.word(name)
+        self.word(name).map(Part::Number)
     }
 
     fn starts_number(&self) -> bool {
@@ -159,26 +320,53 @@ impl<'a> Parser<'a> {
     }
 
     fn word(&mut self, name: &str) -> Result<Node, Complaint> {
+        let start = self.at;
+        self.at += name.len();
         if let Some((_, variable)) = VARIABLES.iter().find(|entry| entry.0 == name) {
-            self.at += name.len();
             return Ok(Node::Variable(*variable));
         }
         if name == "pi" {
-            self.at += name.len();
             return Ok(Node::Number(std::f64::consts::PI));
         }
-        let Some((_, function, count)) = FUNCTIONS.iter().find(|entry| entry.0 == name) else {
-            return Err(self.wrong(format!("unknown name '{name}' in the expression")));
-        };
-        self.at += name.len();
-        self.operations += 1;
+        if name == "if" {
+            return self.choice();
+        }
+        if let Some((_, function, least, most)) = FUNCTIONS.iter().find(|entry| entry.0 == name) {
+            return self.call(*function, *least, *most);
+        }
+        if let Some(value) = parameter(name) {
+            self.uses_parameters = true;
+            return Ok(Node::Number(value));
+        }
+        self.at = start;
+        Err(self.unknown(name))
+    }
+
+    fn call(&mut self, function: Function, least: usize, most: usize) -> Result<Node, Complaint> {
         self.expect("(")?;
-        let mut arguments = vec![self.deeper(Self::comparison)?];
-        while arguments.len() < *count {
-            self.expect(",")?;
-            arguments.push(self.deeper(Self::comparison)?);
+        let mut arguments = Vec::new();
+        loop {
+            self.count()?;
+            arguments.push(self.deeper(|p| p.number(Self::any))?);
+            if arguments.len() < least {
+                self.expect(",")?;
+            } else if arguments.len() == most || !self.take(",") {
+                break;
+            }
         }
         self.expect(")")?;
-        Ok(Node::Call(*function, arguments))
+        Ok(Node::Call(function, arguments))
+    }
+
+    fn choice(&mut self) -> Result<Node, Complaint> {
+        self.count()?;
+        self.expect("(")?;
+        let test = self.deeper(|p| p.condition(Self::any))?;
+        self.expect(",")?;
+        let one = self.deeper(|p| p.number(Self::any))?;
+        self.expect(",")?;
+        let other = self.deeper(|p| p.number(Self::any))?;
+        self.expect(")")?;
+        Ok(Node::If(Box::new(test), Box::new(one), Box::new(other)))
     }
 }
