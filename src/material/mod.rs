@@ -10,10 +10,12 @@
 
 mod check;
 mod hooke;
+mod invariant_energy;
 mod isotropic;
 mod law;
 mod metric;
 mod moduli;
+mod point_law;
 mod potential;
 pub mod step;
 #[cfg(test)]
@@ -21,10 +23,12 @@ mod tests;
 mod uniaxial;
 
 pub use hooke::Hooke;
-pub use isotropic::{Invariants, Isochoric, Isotropic, IsotropicTangent, polynomial};
+pub use invariant_energy::{InvariantEnergy, PackedEnergy, PackedInvariants, Wanted};
+pub use isotropic::{Invariants, Isochoric, Isotropic, IsotropicLaw, IsotropicTangent, polynomial};
 pub use law::{Law, LawTask, Parameters, Response};
 pub use metric::{Metric, MetricLaw, MetricResponse, MetricTangent};
 pub use moduli::{Moduli, Part};
+pub use point_law::{LawPart, PointEnergy, PointLaw};
 pub use potential::Potential;
 pub use step::StepMotion;
 pub use uniaxial::Uniaxial;
