@@ -1,9 +1,9 @@
-//! Functions of two numbers that are too long to be compiled into every kernel.
+//! Functions of two numbers that are too long to be compiled for lanes.
 //!
-//! Kernels compile all that they call, once for each law, element and kind of lanes. A function like
-//! the series of Ogden's law would make up most of the program. It is compiled once, for plain
-//! numbers, with its derivatives by two variables, and is evaluated lane by lane. Kernels compile only
-//! the chain rule.
+//! The energy of a law is compiled for each kind of lanes with each kind of number that carries
+//! derivatives by the three invariants. A function like the series of Ogden's law is long, and
+//! iterates until it converges. It is compiled for plain numbers only, with its derivatives by two
+//! variables, and is evaluated lane by lane. The chain rule gives the rest.
 
 use crate::derivatives::{Dual, Jet, Secant};
 use crate::lanes::isochoric::Logarithmic;

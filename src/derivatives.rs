@@ -1,7 +1,7 @@
 //! Numbers that carry partial derivatives or divided differences of a function through its evaluation.
 //!
-//! A law writes its energy once over [`Real`]. Evaluated with a [`Dual`] it also gives its gradient, with a dual number of dual
-//! numbers its second derivatives, and with a [`Secant`] the slopes between two states. The values of dual numbers can be
+//! A law writes its energy once over [`Real`]. Evaluated with a [`Dual`] it also gives its gradient, with a [`Jet`] its
+//! gradient and second derivatives, and with a [`Secant`] the slopes between two states. The values of these numbers can be
 //! [`lanes`](crate::lanes), so four elements are computed at once.
 
 use std::ops::{Add, Mul, Neg, Sub};

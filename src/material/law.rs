@@ -105,7 +105,8 @@ pub struct Response<T, C, const D: usize> {
     pub tangent: C,
 }
 
-/// Something to be done with a law that is known at run time only. The compiler makes one copy for each law of the table.
+/// Something to be done with a law that is known at run time only. The compiler makes one copy for each law of the
+/// table, except for what is behind an interface as in [`run_isotropic`](Self::run_isotropic).
 pub trait LawTask: Sized {
     /// What it returns.
     type Output;

@@ -5,7 +5,8 @@
 //!
 //! * [`Isotropic`] is for laws of the invariants of the stretch: one function, the energy. Stress, tangent and the stress over a step
 //!   that conserves energy follow from it by numbers that carry derivatives.
-//! * [`Law`] is the interface of the kernels, for laws with another form.
+//!   Element kernels see all these laws as one type, [`InvariantEnergy`], and are compiled once for them.
+//! * [`Law`] is the interface for laws with another form. Element kernels are compiled for each.
 //! * [`MetricLaw`] is a form of the tangent that the kernels sum three times as fast.
 
 mod check;
