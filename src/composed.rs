@@ -1,13 +1,13 @@
-//! Functions of two numbers that are too long to be compiled into every kernel.
+//! Functions of two numbers that are too long to be compiled for lanes.
 //!
-//! Kernels compile all that they call, once for each law, element and kind of lanes. A function like
-//! the series of Ogden's law would make up most of the program. It is compiled once, for plain
-//! numbers, with its derivatives by two variables, and is evaluated lane by lane. Kernels compile only
-//! the chain rule.
+//! The energy of a law is compiled for each kind of lanes with each kind of number that carries
+//! derivatives by the three invariants. A function like the series of Ogden's law is long, and
+//! iterates until it converges. It is compiled for plain numbers only, with its derivatives by two
+//! variables, and is evaluated lane by lane. The chain rule gives the rest.
 
-use crate::derivatives::{Dual, Secant};
+use crate::derivatives::{Dual, Jet, Secant};
 use crate::lanes::isochoric::Logarithmic;
-use crate::lanes::{Lane, Ratio, Real, WIDTH};
+use crate::lanes::{Lane, LaneKind, Pack, Ratio, Real, WIDTH};
 
 /// A function of two numbers.
 pub trait PairFunction {
@@ -24,6 +24,16 @@ pub trait LaneWise: Real {
         inputs: [Self; I],
         function: impl Fn([f64; I]) -> [f64; O],
     ) -> [Self; O];
+
+    /// The kind of lanes for functions of packs.
+    fn kind(self) -> LaneKind;
+
+    /// The value of each lane; a single number in every place.
+    fn pack(self) -> Pack;
+
+    /// A number of this kind from the value of each lane.
+    #[must_use]
+    fn unpack(self, pack: &Pack) -> Self;
 }
 
 impl LaneWise for f64 {
@@ -33,6 +43,18 @@ impl LaneWise for f64 {
         function: impl Fn([f64; I]) -> [f64; O],
     ) -> [f64; O] {
         function(inputs)
+    }
+    #[inline(always)]
+    fn kind(self) -> LaneKind {
+        LaneKind::Portable
+    }
+    #[inline(always)]
+    fn pack(self) -> Pack {
+        [self; WIDTH]
+    }
+    #[inline(always)]
+    fn unpack(self, pack: &Pack) -> f64 {
+        pack[0]
     }
 }
 
@@ -63,6 +85,18 @@ impl<L: Lane> LaneWise for L {
         }
         out
     }
+    #[inline(always)]
+    fn kind(self) -> LaneKind {
+        Lane::kind(self)
+    }
+    #[inline(always)]
+    fn pack(self) -> Pack {
+        self.lanes()
+    }
+    #[inline(always)]
+    fn unpack(self, pack: &Pack) -> L {
+        self.load(*pack)
+    }
 }
 
 /// Numbers of which a [`PairFunction`] can be taken: those that kernels evaluate energies with.
@@ -88,16 +122,19 @@ impl<T: LaneWise, const N: usize> Composed for Dual<T, N> {
     }
 }
 
-impl<T: LaneWise, const N: usize> Composed for Dual<Dual<T, N>, N> {
+impl<T: LaneWise> Composed for Jet<T> {
     #[inline(always)]
     fn composed<F: PairFunction>(function: &F, [a, b]: [Self; 2]) -> Self {
         let [value, by_a, by_b, by_aa, by_ab, by_bb] =
-            T::lane_wise([a.value.value, b.value.value], |pair| second_derivatives(function, pair));
-        let inner = [a.value.partial, b.value.partial];
-        let value = Dual { value, partial: chained([by_a, by_b], inner) };
-        let by_a = Dual { value: by_a, partial: chained([by_aa, by_ab], inner) };
-        let by_b = Dual { value: by_b, partial: chained([by_ab, by_bb], inner) };
-        Self { value, partial: chained([by_a, by_b], [a.partial, b.partial]) }
+            T::lane_wise([a.value, b.value], |pair| second_derivatives(function, pair));
+        let by_a_slopes = chained([by_aa, by_ab], [a.first, b.first]);
+        let by_b_slopes = chained([by_ab, by_bb], [a.first, b.first]);
+        let mut second = chained([by_a, by_b], [a.second, b.second]);
+        for (second, [k, l]) in second.iter_mut().zip(Self::PAIRS) {
+            let of_slopes = by_a_slopes[k].mul_add(a.first[l], by_b_slopes[k] * b.first[l]);
+            *second = *second + of_slopes;
+        }
+        Self { value, first: chained([by_a, by_b], [a.first, b.first]), second }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers that carry partial derivatives or divided differences of a function through its evaluation.
 //!
-//! A law writes its energy once over [`Real`]. Evaluated with a [`Dual`] it also gives its gradient, with a dual number of dual
-//! numbers its second derivatives, and with a [`Secant`] the slopes between two states. The values of dual numbers can be
+//! A law writes its energy once over [`Real`]. Evaluated with a [`Dual`] it also gives its gradient, with a [`Jet`] its
+//! gradient and second derivatives, and with a [`Secant`] the slopes between two states. The values of these numbers can be
 //! [`lanes`](crate::lanes), so four elements are computed at once.
 
 use std::ops::{Add, Mul, Neg, Sub};
@@ -162,6 +162,168 @@ impl<T: RatioSlope, const N: usize> Ratio for Dual<T, N> {
     fn exp_m1_ratio(self) -> Self {
         let [value, slope] = self.value.exp_m1_ratio_and_slope();
         self.chain(value, slope)
+    }
+}
+
+/// A number and its first and second derivatives by three variables.
+#[derive(Debug, Clone, Copy)]
+pub struct Jet<T> {
+    /// The number.
+    pub value: T,
+    /// Its partial derivatives.
+    pub first: [T; 3],
+    /// Its second partial derivatives by the variables of [`PAIRS`](Self::PAIRS).
+    pub second: [T; 6],
+}
+
+impl<T: Real> Jet<T> {
+    /// The pairs of variables that the second derivatives belong to.
+    pub const PAIRS: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
+
+    /// A number that does not depend on the variables.
+    #[inline(always)]
+    fn fixed(value: T) -> Self {
+        let zero = value.constant(0.0);
+        Self { value, first: [zero; 3], second: [zero; 6] }
+    }
+
+    /// The variable of that number.
+    #[inline(always)]
+    pub fn variable(value: T, number: usize) -> Self {
+        let mut out = Self::fixed(value);
+        out.first[number] = value.constant(1.0);
+        out
+    }
+
+    /// A function of this number, by its value, slope and second derivative there.
+    #[inline(always)]
+    fn chain(self, value: T, slope: T, curvature: T) -> Self {
+        let mut out = self;
+        out.value = value;
+        for k in 0..3 {
+            out.first[k] = self.first[k] * slope;
+        }
+        let mut bent = self.first;
+        for k in 0..3 {
+            bent[k] = self.first[k] * curvature;
+        }
+        for (p, [k, l]) in Self::PAIRS.into_iter().enumerate() {
+            out.second[p] = self.second[p].mul_add(slope, bent[k] * self.first[l]);
+        }
+        out
+    }
+
+    /// Each number of the two combined.
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
+        let mut out = self;
+        out.value = f(self.value, other.value);
+        for k in 0..3 {
+            out.first[k] = f(self.first[k], other.first[k]);
+        }
+        for p in 0..6 {
+            out.second[p] = f(self.second[p], other.second[p]);
+        }
+        out
+    }
+}
+
+impl<T: Real> Add for Jet<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl<T: Real> Sub for Jet<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+
+impl<T: Real> Mul for Jet<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let mut out = self;
+        out.value = self.value * other.value;
+        for k in 0..3 {
+            out.first[k] = self.first[k].mul_add(other.value, self.value * other.first[k]);
+        }
+        for (p, [k, l]) in Self::PAIRS.into_iter().enumerate() {
+            let ends = self.second[p].mul_add(other.value, self.value * other.second[p]);
+            let mixed = self.first[l].mul_add(other.first[k], ends);
+            out.second[p] = self.first[k].mul_add(other.first[l], mixed);
+        }
+        out
+    }
+}
+
+impl<T: Real> Neg for Jet<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.zip(self, |a, _| -a)
+    }
+}
+
+impl<T: Real> Real for Jet<T> {
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        Self::fixed(self.value.constant(x))
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        let mut out = c;
+        out.value = self.value.mul_add(b.value, c.value);
+        for k in 0..3 {
+            let part = self.value.mul_add(b.first[k], c.first[k]);
+            out.first[k] = self.first[k].mul_add(b.value, part);
+        }
+        for (p, [k, l]) in Self::PAIRS.into_iter().enumerate() {
+            let part = self.value.mul_add(b.second[p], c.second[p]);
+            let ends = self.second[p].mul_add(b.value, part);
+            let mixed = self.first[l].mul_add(b.first[k], ends);
+            out.second[p] = self.first[k].mul_add(b.first[l], mixed);
+        }
+        out
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        let inverse = self.value.recip();
+        let slope = -(inverse * inverse);
+        let curvature = -(slope * inverse);
+        self.chain(inverse, slope, curvature + curvature)
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        let slope = (self.value.constant(1.0) + self.value).recip();
+        self.chain(self.value.ln_1p(), slope, -(slope * slope))
+    }
+    #[inline(always)]
+    fn ln_1p_remainder(self) -> Self {
+        let inverse = (self.value.constant(1.0) + self.value).recip();
+        self.chain(self.value.ln_1p_remainder(), self.value * inverse, inverse * inverse)
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        let growth = self.value.exp_m1();
+        let slope = growth + growth.constant(1.0);
+        self.chain(growth, slope, slope)
+    }
+    #[inline(always)]
+    fn exp_m1_remainder(self) -> Self {
+        let remainder = self.value.exp_m1_remainder();
+        let growth = self.value + remainder;
+        self.chain(remainder, growth, growth + growth.constant(1.0))
+    }
+    #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        let factor = self.value.constant(factor);
+        self.zip(self, |a, _| a * factor)
     }
 }
 
@@ -348,6 +510,25 @@ mod tests {
                     let difference = (first(x + dx, y + dy)[l] - first(x - dx, y - dy)[l]) / (2.0 * step);
                     assert!((both.partial[l].partial[k] - difference).abs() < 1e-8, "{x} {y} {k} {l}");
                 }
+            }
+        }
+    }
+
+    /// First and second derivatives of a jet are those of dual numbers of dual numbers.
+    #[test]
+    fn jets_are_nested_dual_numbers() {
+        fn of_three<T: Real>([x, y, z]: [T; 3]) -> T {
+            sample(x, y) * (z.recip() + sample(z, x)) - y
+        }
+        for at in [[0.3, -0.4, 0.7], [-0.6, 0.3, 0.2], [1e-4, -1e-3, 0.5]] {
+            let jet = of_three([0, 1, 2].map(|k| Jet::variable(at[k], k)));
+            let nested =
+                of_three([0, 1, 2].map(|k| Dual::<_, 3>::variable(Dual::<f64, 3>::variable(at[k], k), k)));
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs().max(1.0);
+            assert!(close(jet.value, nested.value.value), "{at:?}");
+            for (second, [k, l]) in jet.second.into_iter().zip(Jet::<f64>::PAIRS) {
+                assert!(close(jet.first[k], nested.partial[k].value), "{at:?} {k}");
+                assert!(close(second, nested.partial[k].partial[l]), "{at:?} {k} {l}");
             }
         }
     }

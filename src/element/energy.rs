@@ -4,7 +4,7 @@ use super::batch::Batch;
 use super::group::ElementGroup;
 use super::kinematics::Kinematics;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{Hooke, Law, LawTask, Part, Potential};
+use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, PointEnergy};
 
 impl<const D: usize> ElementGroup<D> {
     /// Strain energy \[J\] (in 2D per metre of depth) of the elements with `mine[element]`.
@@ -12,7 +12,9 @@ impl<const D: usize> ElementGroup<D> {
         let formulation = &self.formulation;
         let energy = Energy { group: self, u, mine };
         match formulation.kinematics {
-            Kinematics::Linear => energy.of::<Hooke>(|part| formulation.moduli().part(part)),
+            Kinematics::Linear => {
+                energy.of(self.parts(|part| Box::new(LawPart::<Hooke>(formulation.moduli().part(part)))))
+            }
             Kinematics::Finite => formulation.material.accept(energy),
         }
     }
@@ -26,9 +28,8 @@ struct Energy<'a, const D: usize> {
 }
 
 impl<const D: usize> Energy<'_, D> {
-    fn of<P: Potential>(self, constants: impl Fn(Part) -> P::Constants) -> f64 {
-        let constants = self.group.passes.iter().map(|pass| constants(pass.part)).collect();
-        dispatch(Sum::<P, D> { energy: self, constants })
+    fn of<K: PointEnergy + ?Sized>(self, parts: Vec<Box<K>>) -> f64 {
+        dispatch(Sum { energy: self, parts })
     }
 }
 
@@ -36,18 +37,24 @@ impl<const D: usize> LawTask for Energy<'_, D> {
     type Output = f64;
 
     fn run<P: Law>(self, law: &P) -> f64 {
-        self.of::<P>(|part| law.constants(part))
+        let parts = self.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
+        self.of(parts)
+    }
+
+    fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> f64 {
+        let parts = self.group.parts(|part| law.energy_of_part(part));
+        self.of(parts)
     }
 }
 
-/// A sum with a law known at compile time.
-struct Sum<'a, P: Potential, const D: usize> {
+/// A sum with the parts of a law.
+struct Sum<'a, K: ?Sized, const D: usize> {
     energy: Energy<'a, D>,
     /// One entry for each pass.
-    constants: Vec<P::Constants>,
+    parts: Vec<Box<K>>,
 }
 
-impl<P: Potential, const D: usize> LaneTask for Sum<'_, P, D> {
+impl<K: PointEnergy + ?Sized, const D: usize> LaneTask for Sum<'_, K, D> {
     type Output = f64;
 
     #[inline(always)]
@@ -60,10 +67,10 @@ impl<P: Potential, const D: usize> LaneTask for Sum<'_, P, D> {
         for ((elements, nodes), points) in batches.zip(group.points.chunks_exact(n)) {
             batch.gather(unit, nodes, points, [u]);
             let mut sum = unit.constant(0.0);
-            for (pass, constants) in group.passes.iter().zip(&self.constants) {
+            for (pass, law) in group.passes.iter().zip(&self.parts) {
                 for q in 0..pass.samples() {
                     let sample = batch.locate(unit, pass, q);
-                    sum = P::energy(constants, &sample.grad_u[0]).mul_add(sample.volume, sum);
+                    sum = law.energy(&sample.grad_u[0]).mul_add(sample.volume, sum);
                 }
             }
             let own = elements.iter().zip(sum.lanes()).filter(|(element, _)| mine[**element as usize]);

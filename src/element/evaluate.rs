@@ -7,7 +7,7 @@ use super::solid::Solid;
 use super::workspace::Job;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::dispatch;
-use crate::material::{Hooke, Law, LawTask, MetricLaw, Part};
+use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Part};
 
 impl<const D: usize> ElementGroup<D> {
     /// Internal force (and, on request, its derivative) of each element at the nodal displacements
@@ -39,7 +39,13 @@ impl<const D: usize> LawTask for Evaluate<'_, D> {
     type Output = std::result::Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        dispatch(General::new(self.0, *law))
+        let parts = self.0.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
+        dispatch(General::new(self.0, parts))
+    }
+
+    fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
+        let parts = self.0.group.parts(|part| law.energy_of_part(part));
+        dispatch(General::new(self.0, parts))
     }
 
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {

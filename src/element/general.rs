@@ -1,8 +1,8 @@
 //! The solid kernel for any law: internal force `Q`, `K_0 + K_NL` and `K_S` of a group, four
-//! elements at a time.
+//! elements at a time. It is compiled once for each type of [`PointLaw`].
 //!
 //! `K_ab = g_a . A g_b` with the reference gradients `g_a` of the shape functions and the first
-//! elasticity tensor `A_iJkL = F_iI C_IJKL F_kK + delta_ik S_JL`. [`Law::contract`] gives the
+//! elasticity tensor `A_iJkL = F_iI C_IJKL F_kK + delta_ik S_JL`. [`PointLaw::contract`] gives the
 //! columns of `C`. Only blocks `b >= a` are summed; the others follow by symmetry.
 
 use super::Inverted;
@@ -10,22 +10,23 @@ use super::batch::{Sample, check};
 use super::tangent::Wanted;
 use super::workspace::{Job, Workspace};
 use crate::lanes::{Lane, LaneTask, WIDTH};
-use crate::material::{Law, Response};
+use crate::material::{PointLaw, Response};
 use crate::square::{Row, Square, apply, apply_add, det_minus_one, plus_one, product, scale_all, transpose};
 
-/// A job with a law known at compile time.
-pub(super) struct General<'a, P, const D: usize> {
+/// A job with the parts of a law.
+pub(super) struct General<'a, K: ?Sized, const D: usize> {
     job: Job<'a, D>,
-    law: P,
+    /// One entry for each pass.
+    parts: Vec<Box<K>>,
 }
 
-impl<'a, P, const D: usize> General<'a, P, D> {
-    pub fn new(job: Job<'a, D>, law: P) -> Self {
-        Self { job, law }
+impl<'a, K: ?Sized, const D: usize> General<'a, K, D> {
+    pub fn new(job: Job<'a, D>, parts: Vec<Box<K>>) -> Self {
+        Self { job, parts }
     }
 }
 
-impl<P: Law, const D: usize> LaneTask for General<'_, P, D> {
+impl<K: PointLaw + ?Sized, const D: usize> LaneTask for General<'_, K, D> {
     type Output = std::result::Result<(), Inverted>;
 
     #[inline(always)]
@@ -41,16 +42,15 @@ impl<P: Law, const D: usize> LaneTask for General<'_, P, D> {
             work.gather(unit, nodes, points, u);
             reserves.clear();
             let mut point = 0;
-            for pass in &group.passes {
-                let constants = self.law.constants(pass.part);
+            for (pass, law) in group.passes.iter().zip(&self.parts) {
                 for q in 0..pass.samples() {
                     let sample = work.batch.locate(unit, pass, q);
                     for (gradient, slope) in gradients.iter_mut().zip(&work.batch.slopes) {
                         *gradient = apply(&sample.map, slope);
                     }
-                    let det_f = add_law::<P, L, D>(&mut work, &gradients, &sample, &constants, wanted);
+                    let det_f = add_law(&mut work, &gradients, &sample, &**law, wanted);
                     work.det_f[point] = det_f.lanes();
-                    if let Some(reserve) = P::reserve(&constants, &sample.grad_u[0]) {
+                    if let Some(reserve) = law.reserve(&sample.grad_u[0]) {
                         reserves.push(reserve.lanes());
                     }
                     point += 1;
@@ -65,20 +65,20 @@ impl<P: Law, const D: usize> LaneTask for General<'_, P, D> {
 
 /// Adds one sample; returns `det F` there.
 #[inline(always)]
-fn add_law<P: Law, L: Lane, const D: usize>(
+fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     work: &mut Workspace<L, D>,
     gradients: &[Row<L, D>],
     sample: &Sample<L, D, 1>,
-    constants: &P::Constants,
+    law: &K,
     wanted: Option<Wanted<L>>,
 ) -> L {
     let grad_u = &sample.grad_u[0];
     let f = plus_one(grad_u);
     let second_piola = match wanted {
-        None => P::stress(constants, grad_u),
+        None => law.stress(grad_u),
         Some(wanted) => {
-            let response = P::respond(constants, grad_u);
-            let elasticity = elasticity::<P, L, D>(&response, &f, sample.volume, wanted);
+            let response = law.respond(grad_u);
+            let elasticity = elasticity::<K, L, D>(&response, &f, sample.volume, wanted);
             work.blocks.add_elasticity(gradients, &elasticity);
             response.second_piola
         }
@@ -92,8 +92,8 @@ fn add_law<P: Law, L: Lane, const D: usize>(
 
 /// `A_iJkL` times the volume, as `[i][k][L][J]`.
 #[inline(always)]
-fn elasticity<P: Law, L: Lane, const D: usize>(
-    response: &Response<L, P::Tangent<L, D>, D>,
+fn elasticity<K: PointLaw + ?Sized, L: Lane, const D: usize>(
+    response: &Response<L, K::Tangent<L, D>, D>,
     f: &Square<L, D>,
     volume: L,
     wanted: Wanted<L>,
@@ -109,7 +109,7 @@ fn elasticity<P: Law, L: Lane, const D: usize>(
             let mut strain = [[zero; D]; D];
             strain[k][l] = half;
             strain[l][k] = strain[l][k] + half;
-            let change = P::contract(&response.tangent, &strain);
+            let change = K::contract(&response.tangent, &strain);
             columns[k][l] = transpose(&product(&carrier, &change));
             columns[l][k] = columns[k][l];
         }

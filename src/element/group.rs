@@ -159,6 +159,11 @@ impl<const D: usize> ElementGroup<D> {
         points.extend(batch.iter().map(|lanes| lanes.map(|coordinate| coordinate[index % WIDTH])));
     }
 
+    /// Something for each pass, made for its part of the law.
+    pub(super) fn parts<K>(&self, of: impl Fn(Part) -> K) -> Vec<K> {
+        self.passes.iter().map(|pass| of(pass.part)).collect()
+    }
+
     fn check_geometry(&self) -> Result<()> {
         let mut points = Vec::new();
         let mut gradients = vec![[0.0; D]; self.kind.nodes()];

@@ -1,7 +1,7 @@
 //! The solid kernel over a step: forces whose work equals the change of the energy of a group
 //! (theory, section 4.5).
 //!
-//! `Q_a = int F_middle S g_a dV` with the stress `S` of [`Law::respond_step`]. Its derivative by
+//! `Q_a = int F_middle S g_a dV` with the stress `S` of [`PointLaw::respond_step`]. Its derivative by
 //! the displacement in the middle of the step, `int (g_a . S g_b) 1 + F_middle dS_b g_a dV`, is not
 //! symmetric, because the strain at the end of the step changes with `F_end`. Terms with a separate
 //! quadrature are conserved separately.
@@ -12,7 +12,7 @@ use super::kinematics::Kinematics;
 use super::tangent::Wanted;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{Law, LawTask, Response, StepMotion};
+use crate::material::{IsotropicLaw, Law, LawPart, LawTask, PointLaw, Response, StepMotion};
 use crate::square::{Row, Square, apply, apply_add, det_minus_one, dot, plus_one, product, scale_all};
 
 /// One evaluation of a group over a step.
@@ -49,23 +49,30 @@ impl<const D: usize> LawTask for StepJob<'_, D> {
     type Output = std::result::Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        dispatch(Step::new(self, *law))
+        let parts = self.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
+        dispatch(Step::new(self, parts))
+    }
+
+    fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
+        let parts = self.group.parts(|part| law.energy_of_part(part));
+        dispatch(Step::new(self, parts))
     }
 }
 
-/// A job with a law known at compile time.
-pub(super) struct Step<'a, P, const D: usize> {
+/// A job with the parts of a law.
+pub(super) struct Step<'a, K: ?Sized, const D: usize> {
     job: StepJob<'a, D>,
-    law: P,
+    /// One entry for each pass.
+    parts: Vec<Box<K>>,
 }
 
-impl<'a, P, const D: usize> Step<'a, P, D> {
-    pub fn new(job: StepJob<'a, D>, law: P) -> Self {
-        Self { job, law }
+impl<'a, K: ?Sized, const D: usize> Step<'a, K, D> {
+    pub fn new(job: StepJob<'a, D>, parts: Vec<Box<K>>) -> Self {
+        Self { job, parts }
     }
 }
 
-impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
+impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
     type Output = std::result::Result<(), Inverted>;
 
     #[inline(always)]
@@ -80,21 +87,20 @@ impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
             work.gather(unit, nodes, points, u);
             reserves.clear();
             let mut point = 0;
-            for pass in &group.passes {
-                let constants = self.law.constants(pass.part);
+            for (pass, law) in group.passes.iter().zip(&self.parts) {
                 for q in 0..pass.samples() {
                     let (volume, [start, middle]) = work.locate(unit, pass, q);
                     let motion = StepMotion::new(start, middle);
                     work.det_f[point] = (det_minus_one(&motion.end) + unit).lanes();
                     point += 1;
-                    if let Some(reserve) = P::reserve(&constants, &motion.end) {
+                    if let Some(reserve) = law.reserve(&motion.end) {
                         reserves.push(reserve.lanes());
                     }
                     let second_piola = match wanted {
-                        None => P::stress_over_step(&constants, &motion),
+                        None => law.stress_over_step(&motion),
                         Some(wanted) => {
-                            let response = P::respond_step(&constants, &motion);
-                            work.add_stiffness::<P>(&motion, &response, volume, wanted);
+                            let response = law.respond_step(&motion);
+                            work.add_stiffness::<K>(&motion, &response, volume, wanted);
                             response.second_piola
                         }
                     };
@@ -165,10 +171,10 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     }
 
     #[inline(always)]
-    fn add_stiffness<P: Law>(
+    fn add_stiffness<K: PointLaw + ?Sized>(
         &mut self,
         motion: &StepMotion<L, D>,
-        response: &Response<L, P::StepTangent<L, D>, D>,
+        response: &Response<L, K::StepTangent<L, D>, D>,
         volume: L,
         wanted: Wanted<L>,
     ) {
@@ -188,7 +194,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
                         strain[k][l] = row[k].mul_add(gradient[l], gradient[k] * row[l]);
                     }
                 }
-                *column = product(&carrier, &P::contract_step(&response.tangent, &strain));
+                *column = product(&carrier, &K::contract_step(&response.tangent, &strain));
             }
             for a in 0..n {
                 let test = self.gradients[a];

@@ -3,9 +3,10 @@
 //! All code is safe: `pulp` provides its token only if the processor has the instructions.
 
 use super::{
-    Lane, LaneTask, NEAR, NEAR_EXPONENTIAL, NEAR_LOGARITHM, Ratio, RatioSlope, Real, WIDTH, both_by_lane,
-    by_lane, far_exp_m1, far_exp_m1_ratio, far_exp_m1_remainder, far_ln_1p_ratio, far_ln_1p_remainder, ln_1p,
-    near_exp_m1_ratio, near_exp_m1_remainder, near_ln_1p_ratio, near_ln_1p_remainder,
+    Lane, LaneKind, LaneTask, NEAR, NEAR_EXPONENTIAL, NEAR_LOGARITHM, Ratio, RatioSlope, Real, WIDTH,
+    both_by_lane, by_lane, far_exp_m1, far_exp_m1_ratio, far_exp_m1_remainder, far_ln_1p_ratio,
+    far_ln_1p_remainder, ln_1p, near_exp_m1_ratio, near_exp_m1_remainder, near_ln_1p_ratio,
+    near_ln_1p_remainder,
 };
 use pulp::cast;
 use pulp::x86::V3;
@@ -120,6 +121,10 @@ impl RatioSlope for Register {
 }
 
 impl Lane for Register {
+    #[inline(always)]
+    fn kind(self) -> LaneKind {
+        LaneKind::Avx2(self.0)
+    }
     #[inline(always)]
     fn load(self, values: [f64; WIDTH]) -> Self {
         Self(self.0, cast(values))

@@ -17,6 +17,9 @@ use crate::rounding;
 /// Number of elements computed at once.
 pub const WIDTH: usize = 4;
 
+/// One number of each element.
+pub type Pack = [f64; WIDTH];
+
 /// Number type of a law: `f64`, lanes, or the dual numbers of a derivative test.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
@@ -140,6 +143,8 @@ const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
 /// [`WIDTH`] numbers in parallel.
 pub trait Lane: RatioSlope {
+    /// The kind of these lanes.
+    fn kind(self) -> LaneKind;
     /// The numbers of `values` in lanes.
     #[must_use]
     fn load(self, values: [f64; WIDTH]) -> Self;
@@ -265,6 +270,10 @@ impl RatioSlope for Portable {
 }
 
 impl Lane for Portable {
+    #[inline(always)]
+    fn kind(self) -> LaneKind {
+        LaneKind::Portable
+    }
     #[inline(always)]
     fn load(self, values: [f64; WIDTH]) -> Self {
         Self(values)
@@ -452,6 +461,28 @@ pub trait LaneTask {
     /// Runs the task. All lanes are created from the seed `unit` (ones). Must be
     /// `#[inline(always)]`.
     fn run<L: Lane>(self, unit: L) -> Self::Output;
+}
+
+/// A kind of lanes that this processor has.
+#[derive(Clone, Copy)]
+pub enum LaneKind {
+    /// AVX2 registers with fused multiply-add, with the proof that the processor has them.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(pulp::x86::V3),
+    /// Plain arrays.
+    Portable,
+}
+
+impl LaneKind {
+    /// Runs `task` on lanes of this kind.
+    #[inline(always)]
+    pub fn run<K: LaneTask>(self, task: K) -> K::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(v3) => avx2::run(v3, task),
+            Self::Portable => dispatch_portable(task),
+        }
+    }
 }
 
 /// Runs `task` on the fastest lanes of this processor.

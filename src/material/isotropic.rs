@@ -5,29 +5,28 @@
 //!
 //! `G_1 = 1`, `G_2 = tr(e) 1 - e`, `G_3 = cof e`.
 //!
-//! A [`Dual`] number gives `w_k`, and a dual number of dual numbers their derivatives for the tangent. Over a step `w_k` are the slopes
-//! of a [`Secant`] and `G_k` their means over the step, with which `i_k(end) - i_k(start) = G_k : (e_end - e_start)` holds exactly:
+//! A [`Dual`](crate::derivatives::Dual) number gives `w_k`, and a [`Jet`](crate::derivatives::Jet) their derivatives as well, for the
+//! tangent. Over a step `w_k` are the slopes of a [`Secant`](crate::derivatives::Secant) and `G_k` their means over the step, with which `i_k(end) - i_k(start) = G_k : (e_end - e_start)` holds exactly:
 //! `G_2` is linear in `e`, and Simpson's rule is exact for `G_3`. So `S : (E_end - E_start)` is the change of the energy to rounding,
 //! and nothing is divided by the size of the step.
 //!
 //! In the plane `e` has two rows, and `i_3` is zero.
 
-use super::law::{Law, Parameters, Response};
+use super::Part;
+use super::invariant_energy::{EnergyOf, INVARIANTS, InvariantEnergy, PackedInvariants, Wanted};
+use super::law::{Law, LawTask, Parameters, Response};
+use super::point_law::{PointEnergy, PointLaw};
 use super::potential::Potential;
 use super::step::StepMotion;
 use crate::composed::{Composed, LaneWise};
-use crate::derivatives::{Dual, Secant};
 use crate::lanes::isochoric::Traces;
 use crate::lanes::{RatioSlope, Real};
 use crate::square::{Square, cofactor, cofactor_change, double_dot, green_strain, scale_all, sum, trace};
 
-/// Number of invariants.
-const INVARIANTS: usize = 3;
-
 /// A law that is a function of the invariants.
-pub trait Isotropic: Copy {
+pub trait Isotropic: Copy + 'static {
     /// Numbers that the law is evaluated with.
-    type Coefficients: Copy;
+    type Coefficients: Copy + 'static;
 
     /// Energy per reference volume [J/m^3].
     ///
@@ -270,59 +269,76 @@ impl<P: Isotropic> Potential for P {
     }
 }
 
-impl<P> Law for P
-where
-    P: Isotropic + Parameters + Potential<Constants = <P as Isotropic>::Coefficients>,
-{
+/// First derivatives of an energy by the invariants, and the derivatives of these.
+struct Slopes<T> {
+    first: [T; INVARIANTS],
+    second: [[T; INVARIANTS]; INVARIANTS],
+}
+
+/// Evaluates an energy and unpacks its derivatives.
+#[inline(always)]
+fn slopes<T: LaneWise>(energy: &dyn InvariantEnergy, wanted: Wanted<'_>, at: &[T; INVARIANTS]) -> Slopes<T> {
+    let found = energy.evaluate(at[0].kind(), wanted, &pack(at));
+    let mut out = Slopes { first: *at, second: [*at; INVARIANTS] };
+    for k in 0..INVARIANTS {
+        out.first[k] = at[0].unpack(&found.first[k]);
+        for l in 0..INVARIANTS {
+            out.second[k][l] = at[0].unpack(&found.second[k][l]);
+        }
+    }
+    out
+}
+
+#[inline(always)]
+fn pack<T: LaneWise>(at: &[T; INVARIANTS]) -> PackedInvariants {
+    [at[0].pack(), at[1].pack(), at[2].pack()]
+}
+
+impl PointEnergy for dyn InvariantEnergy + '_ {
+    #[inline(always)]
+    fn energy<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>) -> T {
+        let at = Stretch::new(grad_u).invariants();
+        at[0].unpack(&self.evaluate(at[0].kind(), Wanted::Energy, &pack(&at)).value)
+    }
+}
+
+impl PointLaw for dyn InvariantEnergy + '_ {
     type Tangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
     type StepTangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
 
     #[inline(always)]
-    fn reserve<T: Real, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> Option<T> {
-        let [first, second, third] = Stretch::new(grad_u).invariants();
-        P::reserve_of(coefficients, &Invariants::new(first, second, third))
+    fn reserve<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>) -> Option<T> {
+        if !self.is_limited() {
+            return None;
+        }
+        let at = Stretch::new(grad_u).invariants();
+        self.left_to_limit(at[0].kind(), &pack(&at)).map(|left| at[0].unpack(&left))
     }
 
     #[inline(always)]
-    fn stress<T: LaneWise, const D: usize>(
-        coefficients: &P::Coefficients,
-        grad_u: &Square<T, D>,
-    ) -> Square<T, D> {
+    fn stress<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>) -> Square<T, D> {
         let stretch = Stretch::new(grad_u);
-        let [first, second, third] = stretch.invariants();
-        let invariants = Invariants::new(
-            Dual::<T, INVARIANTS>::variable(first, 0),
-            Dual::variable(second, 1),
-            Dual::variable(third, 2),
-        );
-        let w = P::energy_of(coefficients, &invariants).partial;
+        let w = slopes(self, Wanted::First, &stretch.invariants()).first;
         combine(&w, &stretch.second, &stretch.third)
     }
 
     #[inline(always)]
     fn respond<T: LaneWise, const D: usize>(
-        coefficients: &P::Coefficients,
+        &self,
         grad_u: &Square<T, D>,
     ) -> Response<T, IsotropicTangent<T, D>, D> {
         let stretch = Stretch::new(grad_u);
-        let [first, second, third] = stretch.invariants();
-        let invariants = Invariants::new(
-            Dual::<_, INVARIANTS>::variable(Dual::<T, INVARIANTS>::variable(first, 0), 0),
-            Dual::variable(Dual::variable(second, 1), 1),
-            Dual::variable(Dual::variable(third, 2), 2),
-        );
-        let w = P::energy_of(coefficients, &invariants).partial;
-        let values = [w[0].value, w[1].value, w[2].value];
+        let Slopes { first: w, second } = slopes(self, Wanted::Second, &stretch.invariants());
         let tangent = IsotropicTangent {
-            derivatives: [w[0].partial, w[1].partial, w[2].partial],
+            derivatives: second,
             second: stretch.second,
             third: stretch.third,
             second_end: stretch.second,
             third_end: stretch.third,
-            turn: values[1] + values[1],
-            bend: scale_all(&stretch.e, values[2] + values[2]),
+            turn: w[1] + w[1],
+            bend: scale_all(&stretch.e, w[2] + w[2]),
         };
-        Response { second_piola: combine(&values, &stretch.second, &stretch.third), tangent }
+        Response { second_piola: combine(&w, &stretch.second, &stretch.third), tangent }
     }
 
     #[inline(always)]
@@ -335,52 +351,36 @@ where
 
     #[inline(always)]
     fn stress_over_step<T: LaneWise + RatioSlope, const D: usize>(
-        coefficients: &P::Coefficients,
+        &self,
         motion: &StepMotion<T, D>,
     ) -> Square<T, D> {
         let stretch = StretchOverStep::new(motion);
-        let start = stretch.start.invariants();
-        let end = stretch.end.invariants();
-        let invariants = Invariants::new(
-            Secant::<T, INVARIANTS>::variable(start[0], end[0], 0),
-            Secant::variable(start[1], end[1], 1),
-            Secant::variable(start[2], end[2], 2),
-        );
-        let w = P::energy_of(coefficients, &invariants).slope;
+        let start = pack(&stretch.start.invariants());
+        let w = slopes(self, Wanted::Slopes(&start), &stretch.end.invariants()).first;
         combine(&w, &stretch.second, &stretch.third)
     }
 
     #[inline(always)]
     fn respond_step<T: LaneWise + RatioSlope, const D: usize>(
-        coefficients: &P::Coefficients,
+        &self,
         motion: &StepMotion<T, D>,
     ) -> Response<T, IsotropicTangent<T, D>, D> {
         let stretch = StretchOverStep::new(motion);
-        let start = stretch.start.invariants();
-        let end = stretch.end.invariants();
-        let invariants = Invariants::new(
-            Secant::<_, INVARIANTS>::variable(
-                Dual::<T, INVARIANTS>::fixed(start[0]),
-                Dual::variable(end[0], 0),
-                0,
-            ),
-            Secant::variable(Dual::fixed(start[1]), Dual::variable(end[1], 1), 1),
-            Secant::variable(Dual::fixed(start[2]), Dual::variable(end[2], 2), 2),
-        );
-        let w = P::energy_of(coefficients, &invariants).slope;
-        let values = [w[0].value, w[1].value, w[2].value];
+        let start = pack(&stretch.start.invariants());
+        let wanted = Wanted::SlopeDerivatives(&start);
+        let Slopes { first: w, second } = slopes(self, wanted, &stretch.end.invariants());
         // The mean of the cofactors changes as the cofactors at (e_start + 2 e_end) / 6.
-        let both = sum(&stretch.start.e, &scale_all(&stretch.end.e, values[0].constant(2.0)));
+        let both = sum(&stretch.start.e, &scale_all(&stretch.end.e, w[0].constant(2.0)));
         let tangent = IsotropicTangent {
-            derivatives: [w[0].partial, w[1].partial, w[2].partial],
+            derivatives: second,
             second: stretch.second,
             third: stretch.third,
             second_end: stretch.end.second,
             third_end: stretch.end.third,
-            turn: values[1],
-            bend: scale_all(&both, values[2].scale(1.0 / 3.0)),
+            turn: w[1],
+            bend: scale_all(&both, w[2].scale(1.0 / 3.0)),
         };
-        Response { second_piola: combine(&values, &stretch.second, &stretch.third), tangent }
+        Response { second_piola: combine(&w, &stretch.second, &stretch.third), tangent }
     }
 
     #[inline(always)]
@@ -390,4 +390,84 @@ where
     ) -> Square<T, D> {
         tangent.contract(strain)
     }
+}
+
+/// A law of the invariants with its parameters. Every [`Isotropic`] law of the table is one.
+pub trait IsotropicLaw: Law {
+    /// The energy of a part of the law.
+    fn energy_of_part(&self, part: Part) -> Box<dyn InvariantEnergy>;
+}
+
+impl<P> IsotropicLaw for P
+where
+    P: Isotropic + Parameters + Potential<Constants = <P as Isotropic>::Coefficients>,
+{
+    fn energy_of_part(&self, part: Part) -> Box<dyn InvariantEnergy> {
+        Box::new(EnergyOf::<P>(self.constants(part)))
+    }
+}
+
+impl<P> Law for P
+where
+    P: Isotropic + Parameters + Potential<Constants = <P as Isotropic>::Coefficients>,
+{
+    type Tangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
+    type StepTangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
+
+    fn reserve<T: LaneWise, const D: usize>(
+        coefficients: &P::Coefficients,
+        grad_u: &Square<T, D>,
+    ) -> Option<T> {
+        dynamic(&EnergyOf::<P>(*coefficients)).reserve(grad_u)
+    }
+
+    fn stress<T: LaneWise, const D: usize>(
+        coefficients: &P::Coefficients,
+        grad_u: &Square<T, D>,
+    ) -> Square<T, D> {
+        dynamic(&EnergyOf::<P>(*coefficients)).stress(grad_u)
+    }
+
+    fn respond<T: LaneWise, const D: usize>(
+        coefficients: &P::Coefficients,
+        grad_u: &Square<T, D>,
+    ) -> Response<T, IsotropicTangent<T, D>, D> {
+        dynamic(&EnergyOf::<P>(*coefficients)).respond(grad_u)
+    }
+
+    fn contract<T: Real, const D: usize>(
+        tangent: &IsotropicTangent<T, D>,
+        strain: &Square<T, D>,
+    ) -> Square<T, D> {
+        tangent.contract(strain)
+    }
+
+    fn stress_over_step<T: LaneWise + RatioSlope, const D: usize>(
+        coefficients: &P::Coefficients,
+        motion: &StepMotion<T, D>,
+    ) -> Square<T, D> {
+        dynamic(&EnergyOf::<P>(*coefficients)).stress_over_step(motion)
+    }
+
+    fn respond_step<T: LaneWise + RatioSlope, const D: usize>(
+        coefficients: &P::Coefficients,
+        motion: &StepMotion<T, D>,
+    ) -> Response<T, IsotropicTangent<T, D>, D> {
+        dynamic(&EnergyOf::<P>(*coefficients)).respond_step(motion)
+    }
+
+    fn contract_step<T: Real, const D: usize>(
+        tangent: &IsotropicTangent<T, D>,
+        strain: &Square<T, D>,
+    ) -> Square<T, D> {
+        tangent.contract(strain)
+    }
+
+    fn accept<K: LawTask>(&self, task: K) -> K::Output {
+        task.run_isotropic(self)
+    }
+}
+
+fn dynamic<P: Isotropic>(energy: &EnergyOf<P>) -> &dyn InvariantEnergy {
+    energy
 }

@@ -1,7 +1,7 @@
 //! What the program needs of a hyperelastic law. All of it is a pure function of the displacement gradient at one point.
 
 use super::step::StepMotion;
-use super::{MetricLaw, Moduli, Part, Potential, SAMPLE};
+use super::{IsotropicLaw, MetricLaw, Moduli, Part, Potential, SAMPLE};
 use crate::composed::LaneWise;
 use crate::lanes::{RatioSlope, Real};
 use crate::reader::findings::Findings;
@@ -47,7 +47,7 @@ pub trait Law: Parameters {
     /// What is left to the limit of the law, for a law that has no energy beyond a stretch. A trial state where it is not positive is
     /// rejected like an inverted one. `None` for a law without limit.
     #[inline(always)]
-    fn reserve<T: Real, const D: usize>(_: &Self::Constants, _: &Square<T, D>) -> Option<T> {
+    fn reserve<T: LaneWise, const D: usize>(_: &Self::Constants, _: &Square<T, D>) -> Option<T> {
         None
     }
 
@@ -88,7 +88,8 @@ pub trait Law: Parameters {
         strain: &Square<T, D>,
     ) -> Square<T, D>;
 
-    /// Does a task with this law. A [`MetricLaw`] calls [`LawTask::run_metric`] instead.
+    /// Does a task with this law. A [`MetricLaw`] calls [`LawTask::run_metric`] instead, and an [`IsotropicLaw`]
+    /// [`LawTask::run_isotropic`].
     #[inline(always)]
     fn accept<K: LawTask>(&self, task: K) -> K::Output {
         task.run(self)
@@ -104,7 +105,8 @@ pub struct Response<T, C, const D: usize> {
     pub tangent: C,
 }
 
-/// Something to be done with a law that is known at run time only. The compiler makes one copy for each law of the table.
+/// Something to be done with a law that is known at run time only. The compiler makes one copy for each law of the
+/// table, except for what is behind an interface as in [`run_isotropic`](Self::run_isotropic).
 pub trait LawTask: Sized {
     /// What it returns.
     type Output;
@@ -112,6 +114,11 @@ pub trait LawTask: Sized {
     fn run<P: Law>(self, law: &P) -> Self::Output;
     /// Does it with a law that has the fast form of the tangent.
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
+        self.run(law)
+    }
+    /// Does it with a law of the invariants. A kernel takes the law's [`IsotropicLaw::energy_of_part`], so that it is
+    /// compiled once for all these laws.
+    fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
         self.run(law)
     }
 }

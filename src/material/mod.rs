@@ -5,15 +5,18 @@
 //!
 //! * [`Isotropic`] is for laws of the invariants of the stretch: one function, the energy. Stress, tangent and the stress over a step
 //!   that conserves energy follow from it by numbers that carry derivatives.
-//! * [`Law`] is the interface of the kernels, for laws with another form.
+//!   Element kernels see all these laws as one type, [`InvariantEnergy`], and are compiled once for them.
+//! * [`Law`] is the interface for laws with another form. Element kernels are compiled for each.
 //! * [`MetricLaw`] is a form of the tangent that the kernels sum three times as fast.
 
 mod check;
 mod hooke;
+mod invariant_energy;
 mod isotropic;
 mod law;
 mod metric;
 mod moduli;
+mod point_law;
 mod potential;
 pub mod step;
 #[cfg(test)]
@@ -21,10 +24,12 @@ mod tests;
 mod uniaxial;
 
 pub use hooke::Hooke;
-pub use isotropic::{Invariants, Isochoric, Isotropic, IsotropicTangent, polynomial};
+pub use invariant_energy::{InvariantEnergy, PackedEnergy, PackedInvariants, Wanted};
+pub use isotropic::{Invariants, Isochoric, Isotropic, IsotropicLaw, IsotropicTangent, polynomial};
 pub use law::{Law, LawTask, Parameters, Response};
 pub use metric::{Metric, MetricLaw, MetricResponse, MetricTangent};
 pub use moduli::{Moduli, Part};
+pub use point_law::{LawPart, PointEnergy, PointLaw};
 pub use potential::Potential;
 pub use step::StepMotion;
 pub use uniaxial::Uniaxial;

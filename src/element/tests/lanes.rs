@@ -5,7 +5,7 @@ use super::super::solid::Solid;
 use super::super::workspace::Job;
 use super::*;
 use crate::lanes::dispatch_portable;
-use crate::material::{Gent, Law, LawTask, MetricLaw};
+use crate::material::{Gent, IsotropicLaw, Law, LawPart, LawTask, MetricLaw};
 use crate::reader::quantity::{Number, Pressure};
 
 fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
@@ -55,7 +55,12 @@ struct EvaluatePortable<'a, const D: usize>(Job<'a, D>);
 impl<const D: usize> LawTask for EvaluatePortable<'_, D> {
     type Output = std::result::Result<(), Inverted>;
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        dispatch_portable(General::new(self.0, *law))
+        let parts = self.0.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
+        dispatch_portable(General::new(self.0, parts))
+    }
+    fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
+        let parts = self.0.group.parts(|part| law.energy_of_part(part));
+        dispatch_portable(General::new(self.0, parts))
     }
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
         dispatch_portable(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
