@@ -70,7 +70,9 @@ def constants():
                 continue
             text = file.read_text().split("#[cfg(test)]\nmod tests")[0]
             for match in DEFINITION.finditer(text):
-                yield name, match["name"]
+                # The largest index means "none", and powers of two are sizes of buffers.
+                if "MAX" not in match["value"] and "<<" not in match["value"]:
+                    yield name, match["name"]
 
 
 READER = '''
@@ -316,20 +318,23 @@ def page(done, names):
         match = re.search(rf"const {name}: \w+ = ([^;]+);", (ROOT / file).read_text())
         values[file, name] = " ".join(match[1].split()) if match else "-"
     folder = None
-    unread = []
+    unread, unmeasured = [], []
     for file, name in names:
         constant = f"{file}::{name}"
         scenes = sorted({scene for (scene, known, _) in done if known == constant})
         if not scenes:
-            unread.append(f"`{constant.removeprefix('src/')}` ({values[file, name]})")
+            read = any(constant in entry.get("read", []) for entry in done.values())
+            (unmeasured if read else unread).append(f"`{constant.removeprefix('src/')}` ({values[file, name]})")
             continue
-        if file.split("/")[1] != folder:
+        if file.split("/")[1].removesuffix(".rs") != folder:
             folder = file.split("/")[1].removesuffix(".rs")
-            lines += ["", f"## {folder}", "", "| Constant | Value | Scenes | Half of it | Twice |", "|---|---|---|---|---|"]
-            folder = file.split("/")[1]
+            head = "| Constant | Value | Scenes | Half of it | Twice |"
+            lines += ["", f"## {folder}", "", head, "|---|---|---|---|---|"]
         short = constant.removeprefix("src/")
         half, twice = effect(done, constant, 0.5), effect(done, constant, 2.0)
         lines.append(f"| `{short}` | {values[file, name]} | {len(scenes)} | {half} | {twice} |")
+    if unmeasured:
+        lines += ["", "## Not measured yet", "", ", ".join(unmeasured) + "."]
     lines += ["", "## Not read by these scenes", "", ", ".join(unread) + ".", ""]
     PAGE.write_text("\n".join(lines))
 
@@ -345,6 +350,7 @@ Scenes: SCENE_LIST."""
 if __name__ == "__main__":
     options = argparse.ArgumentParser()
     options.add_argument("--scratch", default="results/constants")
+    options.add_argument("--page", action="store_true", help="write the page although constants are chosen")
     options.add_argument("names", nargs="*")
     arguments = options.parse_args()
     scratch = pathlib.Path(arguments.scratch).resolve()
@@ -352,8 +358,8 @@ if __name__ == "__main__":
     program, names = build(scratch)
     wanted = [name for name in names if not arguments.names or "::".join(name) in arguments.names]
     done = measure(program, wanted, scratch)
-    used = [f"`{SCENES[scene][0]}`" + (" (" + scene.split(" ", 1)[1] + ")" if SCENES[scene][1] else "")
+    used = [f"`{SCENES[scene][0]}`" + (f" as *{scene}*" if SCENES[scene][1] else "")
             for scene in SCENES if not done[scene, "", 1.0]["code"] and done[scene, "", 1.0]["seconds"] <= LONGEST]
     INTRODUCTION = INTRODUCTION.replace("SCENE_LIST", ", ".join(used))
-    if not arguments.names:
+    if not arguments.names or arguments.page:
         page(done, names)

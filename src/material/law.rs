@@ -1,7 +1,7 @@
 //! What the program needs of a hyperelastic law. All of it is a pure function of the displacement gradient at one point.
 
 use super::step::StepMotion;
-use super::{IsotropicLaw, MetricLaw, Moduli, Part, Potential, SAMPLE};
+use super::{InvariantEnergy, MetricLaw, Moduli, Part, Potential, SAMPLE};
 use crate::composed::LaneWise;
 use crate::lanes::{RatioSlope, Real};
 use crate::reader::findings::Findings;
@@ -94,6 +94,12 @@ pub trait Law: Parameters {
     fn accept<K: LawTask>(&self, task: K) -> K::Output {
         task.run(self)
     }
+}
+
+/// A law of the invariants with its parameters. Every [`Isotropic`] law of the table is one.
+pub trait IsotropicLaw: Law {
+    /// The energy of a part of the law.
+    fn energy_of_part(&self, part: Part) -> Box<dyn InvariantEnergy>;
 }
 
 /// A law's answer at one point.

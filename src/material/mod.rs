@@ -12,6 +12,7 @@
 mod check;
 mod hooke;
 mod invariant_energy;
+mod invariants;
 mod isotropic;
 mod law;
 mod metric;
@@ -25,8 +26,9 @@ mod uniaxial;
 
 pub use hooke::Hooke;
 pub use invariant_energy::{InvariantEnergy, PackedEnergy, PackedInvariants, Wanted};
-pub use isotropic::{Invariants, Isochoric, Isotropic, IsotropicLaw, IsotropicTangent, polynomial};
-pub use law::{Law, LawTask, Parameters, Response};
+pub use invariants::{Invariants, Isochoric, Isotropic, polynomial};
+pub use isotropic::IsotropicTangent;
+pub use law::{IsotropicLaw, Law, LawTask, Parameters, Response};
 pub use metric::{Metric, MetricLaw, MetricResponse, MetricTangent};
 pub use moduli::{Moduli, Part};
 pub use point_law::{LawPart, PointEnergy, PointLaw};

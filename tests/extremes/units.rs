@@ -29,6 +29,7 @@ const SI: System = System {
         ("W", 1.0),
         ("N s", 1.0),
         ("N m s", 1.0),
+        ("N m", 1.0),
     ],
 };
 
@@ -48,6 +49,7 @@ const TONNES: System = System {
         ("mW", 1e-3),
         ("N s", 1.0),
         ("N mm s", 1e-3),
+        ("N mm", 1e-3),
     ],
 };
 
@@ -67,6 +69,7 @@ const MILLISECONDS: System = System {
         ("kW", 1e3),
         ("kN ms", 1.0),
         ("kN mm ms", 1e-3),
+        ("kN mm", 1.0),
     ],
 };
 
