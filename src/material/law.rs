@@ -96,7 +96,7 @@ pub trait Law: Parameters {
     }
 }
 
-/// A law of the invariants with its parameters. Every [`Isotropic`] law of the table is one.
+/// A law of the invariants with its parameters. Every [`Isotropic`](super::Isotropic) law of the table is one.
 pub trait IsotropicLaw: Law {
     /// The energy of a part of the law.
     fn energy_of_part(&self, part: Part) -> Box<dyn InvariantEnergy>;
