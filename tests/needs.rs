@@ -51,7 +51,8 @@ fn ladder() -> Vec<Rung> {
         .replace("boundary:", "boundary:\n  ground: { on: base.bottom, displacement: { x: 0, y: 0 } }");
     // Static: forces, work, u and v at start and trial, forces at the start, base of v. Inertia adds the mass matrix, a at
     // start and trial, its base, and its product with the mass.
-    let (still, moving) = ([1, 8], [2, 12]);
+    // Damping adds its matrix and its forces.
+    let (still, moving, damped) = ([1, 8], [2, 12], [3, 13]);
     let inertia: &[&str] = &["M (mass)", "mass matrix", "accelerations"];
     vec![
         Rung {
@@ -81,9 +82,15 @@ fn ladder() -> Vec<Rung> {
         Rung { name: "dynamics", case: case("finite", &rough, dynamics), adds: inertia, held: moving },
         Rung {
             name: "deformable pair",
-            case: pair,
+            case: pair.clone(),
             adds: &["K_CG", "search and exchange of facets"],
             held: moving,
+        },
+        Rung {
+            name: "deformable pair with damping",
+            case: pair.replacen("density:", "damping: { rayleigh: { stiffness: 1.0e-4 } }\n    density:", 1),
+            adds: &["C (damping)"],
+            held: damped,
         },
     ]
 }
@@ -134,7 +141,7 @@ fn unused_matrices_are_not_allocated_on_1_and_2_ranks() {
         );
         let [matrices_held, matrix_bytes, vectors_held, vector_bytes] = held(&output);
         assert_eq!([matrices_held, vectors_held], [matrices, vectors], "{name}");
-        let bodies = if name == "deformable pair" { 2 } else { 1 };
+        let bodies = if name.starts_with("deformable pair") { 2 } else { 1 };
         let unknowns = 2 * bodies * (N + 1) * (N + 1);
         assert_eq!(vector_bytes, 8 * vectors * unknowns, "{name}");
         assert!(matrix_bytes > 8 * unknowns, "{name}: {matrix_bytes}");

@@ -9,7 +9,7 @@ use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
 use super::solid::SolidElements;
 use crate::element::{ElementSink, Request};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, agree};
 use crate::petsc::{BlockPattern, BlockValues, Format, Matrix, NO_SLOT, Operator, Session, Vector};
 use crate::terms::Terms;
 
@@ -24,7 +24,8 @@ impl DampingMatrix {
     /// Assembles the damping of all solids. Collective.
     ///
     /// # Errors
-    /// If a PETSc call fails, or an element is inverted in the mesh.
+    /// If a PETSc call fails, or an element is inverted in the mesh. All ranks return the same
+    /// error.
     pub fn new<const D: usize>(
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
@@ -36,7 +37,7 @@ impl DampingMatrix {
         let at_rest = vec![0.0; supported.constrained.len()];
         let undeformed = SolidFields { u: &at_rest, start: None };
         let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
-        matrix.fill(|values| {
+        let filled = matrix.fill(|values| {
             values.zero();
             for (solid, rayleigh) in damped {
                 if rayleigh.mass > 0.0 {
@@ -55,7 +56,8 @@ impl DampingMatrix {
                 }
             }
             Ok(())
-        })??;
+        })?;
+        agree(session.world(), filled)?;
         let masked = masked::<D>(pattern, supported);
         Ok(Self { matrix, masked })
     }

@@ -70,7 +70,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Largest displacement of the surfaces of moving rigid bodies where bodies touch them at the
-    /// displacements `u` \[m\]; zero if there are none. Collective.
+    /// displacements `u` \[m\]; zero without rigid bodies. Collective.
     pub fn travel_of_tools(&self, u: &petsc::Vector) -> f64 {
         if self.tools.is_empty() {
             return 0.0;

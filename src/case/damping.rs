@@ -41,5 +41,8 @@ impl Damping {
         findings.not_negative("the factor of the stiffness", stiffness.value, stiffness.place);
         let any = mass.value != 0.0 || stiffness.value != 0.0;
         findings.require(any, place, "both factors of the damping are zero");
+        if !any {
+            findings.cure("give `mass` or `stiffness` a value above zero, or remove the damping");
+        }
     }
 }

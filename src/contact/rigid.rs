@@ -1,8 +1,8 @@
 //! Motion of rigid bodies, and the frame in which a contact sees a moving body at rest (theory,
 //! section 1.12).
 //!
-//! A rigid body keeps its shape in the body frame. A point `x` has there the position `x' = c + R^T
-//! (x - c - d)`, with the reference point `c`, its displacement `d` and the rotation `R` about an
+//! The shape of a rigid body is constant in the body frame. A point `x` has the position `x' = c +
+//! R^T (x - c - d)` in that frame, with the reference point `c`, its displacement `d` and the rotation `R` about an
 //! axis of fixed direction. The contact is evaluated with the positions, velocities and increments
 //! of the nodes in that frame, where the body is an obstacle at rest. Gap, slip and the rotation of
 //! the normal are then relative to the body, so that a common motion of both sides is no slip.

@@ -22,7 +22,7 @@ use super::{unit, units};
 pub struct Parameters(Vec<(At<String>, f64)>);
 
 impl Parameters {
-    /// Whether there are none.
+    /// Whether the case has no parameters.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

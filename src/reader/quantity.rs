@@ -113,7 +113,8 @@ impl Scalar {
         Some(if value.is_finite() { Ok(value) } else { Err(message()) })
     }
 
-    /// The complaint about an expression, if the case has parameters and this is no number with a unit.
+    /// Returns what is wrong with an expression of parameters. It is `None` if the case has no
+    /// parameters, or if the text is a number with a unit.
     fn misspelt_parameter(&self) -> Option<Complaint> {
         let Self::Text(text) = self else { return None };
         if parameter_names().is_empty() || unit::follows_number(text) {

@@ -125,6 +125,10 @@ pub fn needs<const D: usize>(
         ("follower loads (non-symmetric)", either(t.follows, "a follower pressure", "no such load")),
         ("M (mass) in the matrix", inertia()),
         ("mass matrix", inertia()),
+        (
+            "C (damping) and its matrix",
+            either(system.bodies().is_damped(), "damping of a body", "no body is damped"),
+        ),
         ("accelerations", inertia()),
         (
             "symmetric matrix: half the factors, CG",

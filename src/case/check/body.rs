@@ -29,6 +29,9 @@ impl Check<'_> {
             damping.check(damping.place, &mut self.found);
             let moves = !self.case.is_static();
             self.found.require(moves, damping.place, "damping is not allowed with the static scheme");
+            if !moves {
+                self.found.cure("remove it, or use a dynamic scheme");
+            }
         }
         if let Some(velocity) = &body.initial_velocity {
             self.size("an initial velocity", velocity);

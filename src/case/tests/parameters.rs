@@ -45,7 +45,8 @@ fn parameters_stand_for_their_values() {
     assert_eq!((named.bodies, named.contact, named.time), (plain.bodies, plain.contact, plain.time));
 }
 
-/// A study changes a parameter and all that depends on it, and is told of one that the case does not have.
+/// A study changes a parameter, and every number that uses it changes too. A parameter that the
+/// case lacks is an error.
 #[test]
 fn studies_change_parameters() {
     let changed = |overrides: &str| -> Result<Case> {

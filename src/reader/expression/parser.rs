@@ -119,7 +119,7 @@ impl<'a> Parser<'a> {
         found
     }
 
-    /// The name at this position; empty if there is none.
+    /// The name at this position; empty if another token follows.
     fn name(&self) -> &'a str {
         let rest = self.rest();
         &rest[..rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())]
