@@ -340,11 +340,11 @@ def page(done, names):
     PAGE.write_text("\n".join(lines))
 
 
-INTRODUCTION = """What half and twice the value of each constant do, summed over the scenes that read it:
-the ratio of the numbers of Newton and Krylov iterations to those with the normal value, and the
+INTRODUCTION = """What half and twice the value of each constant do, summed over scenes that read it: the fastest
+seven, or all for constants that were measured first. The table has the ratio of the numbers of Newton and Krylov iterations to those with the normal value, and the
 largest change of any force, displacement or energy relative to the largest of its table. "Nothing"
-means equal numbers of iterations and equal bits in these tables: the constant is far from the
-values that it is compared with, or guards against what these scenes do not have. The documentation
+means that numbers of iterations and results are identical. Either the values that are compared with
+the constant are far from it, or these scenes do not have the case that it guards against. The documentation
 of a constant says what it is and how it was chosen. Measured on DATE.
 
 Scenes: SCENE_LIST."""

@@ -50,7 +50,7 @@ pub struct Body {
     /// Distribution of its mass.
     pub mass: MassChoice,
     /// Rayleigh damping; `None` without damping.
-    pub damping: Option<Rayleigh>,
+    pub damping: Option<RayleighFactors>,
     /// Young's modulus \[Pa\], the reference for penalties.
     pub young_modulus: f64,
     /// Initial velocity \[m/s\], one function per component; empty for a body at rest.
@@ -59,7 +59,7 @@ pub struct Body {
 
 /// Rayleigh damping of a body, `C = mass M + stiffness K_0` (3.18).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rayleigh {
+pub struct RayleighFactors {
     /// Factor of the mass matrix [1/s].
     pub mass: f64,
     /// Factor of the stiffness matrix of the undeformed body \[s\].

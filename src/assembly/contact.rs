@@ -128,12 +128,12 @@ impl<const D: usize> LocalContact<D> {
         self.pair.contact.target.obstacle()
     }
 
-    /// The target, with what it needs to know of the step.
+    /// The target, with the motion of the step.
     pub fn target(&self) -> &ContactTarget<D> {
         &self.pair.contact.target
     }
 
-    /// Places a moving rigid target for the evaluations of a step.
+    /// Sets the pose of a moving rigid target for a step.
     ///
     /// # Errors
     /// A value of its motion is not finite, at its position in the case.

@@ -7,7 +7,7 @@ use super::scatter::ScatterMap;
 use crate::element::{ElementGroup, Formulation};
 use crate::error::Result;
 use crate::mesh::ElementKind;
-use crate::model::Rayleigh;
+use crate::model::RayleighFactors;
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 
@@ -31,7 +31,7 @@ pub struct SolidElements<const D: usize> {
     /// Distribution of its mass.
     pub mass: MassKind,
     /// Damping of the body.
-    pub damping: Option<Rayleigh>,
+    pub damping: Option<RayleighFactors>,
     /// Index of the body.
     pub body: usize,
 }
@@ -44,7 +44,7 @@ pub struct BodyPhysics {
     /// Distribution of the mass.
     pub mass: MassKind,
     /// Damping.
-    pub damping: Option<Rayleigh>,
+    pub damping: Option<RayleighFactors>,
 }
 
 /// Creates the solids of a rank: one group for each body and kind of element, with elements in

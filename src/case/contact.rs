@@ -20,9 +20,10 @@ use crate::reader::tagged::tagged;
 pub struct Contact {
     /// Facets that carry the contact points, as body.set; a list of sets is one surface.
     pub contactor: SetNames,
-    /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor
-    /// itself for self-contact. With `contactor: all`, the whole surface of all bodies: an
-    /// obstacle, or `all` for all surfaces and all obstacles. A list of sets is one surface.
+    /// An obstacle, a body of `rigid`, or facets as body.set: of another body, of the same one, or
+    /// the contactor itself for self-contact. With `contactor: all`, the whole surface of all
+    /// bodies: an obstacle, a body of `rigid`, or `all` for all of these and all surfaces. A list of
+    /// sets is one surface.
     pub target: SetNames,
     /// Normal traction as a function of the gap.
     #[serde(default)]

@@ -40,7 +40,7 @@ pub use guard::Guard;
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
-pub use rigid::{Rigid, RigidMotion, Rotation};
+pub use rigid::{PrescribedMotion, Rigid, Rotation};
 pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
@@ -90,7 +90,7 @@ pub struct Case {
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub rigid: Named<Rigid>,
     /// Pairs of surfaces that may touch, by name. `all` instead of names: all surfaces may touch
-    /// each other and all obstacles, without friction.
+    /// each other and all obstacles and rigid bodies, without friction.
     #[serde(default, deserialize_with = "contact::contacts")]
     #[schemars(schema_with = "contact::contacts_schema")]
     pub contact: Named<Contact>,

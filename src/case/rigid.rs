@@ -17,7 +17,7 @@ pub struct Rigid {
     pub shape: Obstacle,
     /// Prescribed motion; at rest if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub motion: Option<At<RigidMotion>>,
+    pub motion: Option<At<PrescribedMotion>>,
 }
 
 impl Rigid {
@@ -30,7 +30,7 @@ impl Rigid {
 /// Prescribed motion of a rigid body as functions of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct RigidMotion {
+pub struct PrescribedMotion {
     /// Displacement of the reference point \[m\]; zero in directions that are not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub translation: Option<At<Components<0, 1, 0>>>,
@@ -55,7 +55,7 @@ pub struct Rotation {
     pub angle: VaryingNumber,
 }
 
-impl RigidMotion {
+impl PrescribedMotion {
     /// The functions of the displacement, in the order of the directions.
     pub fn components(&self) -> [Option<&Varying<0, 1, 0>>; 3] {
         self.translation.as_ref().map_or([None; 3], |translation| translation.as_array())

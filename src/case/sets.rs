@@ -177,7 +177,7 @@ impl<'de> Deserialize<'de> for BodySet {
                 let keys = Keys::deserialize(MapAccessDeserializer::new(map))?;
                 BodySet::of_keys(keys).map_err(A::Error::custom)
             }
-            // What could not be read; no YAML has bytes.
+            // Marks a value that could not be read: YAML never produces bytes.
             fn visit_bytes<E: Error>(self, _: &[u8]) -> Result<BodySet, E> {
                 self.visit_str("x == x")
             }
@@ -293,7 +293,7 @@ impl<'de> Deserialize<'de> for Written {
                 }
                 Ok(Written::List(names))
             }
-            // What could not be read; no YAML has bytes.
+            // Marks a value that could not be read: YAML never produces bytes.
             fn visit_bytes<E: Error>(self, _: &[u8]) -> Result<Written, E> {
                 Ok(Written::One("-".to_owned()))
             }

@@ -159,7 +159,7 @@ impl<const D: usize> ElementGroup<D> {
         points.extend(batch.iter().map(|lanes| lanes.map(|coordinate| coordinate[index % WIDTH])));
     }
 
-    /// Something for each pass, made for its part of the law.
+    /// Creates one value for each quadrature pass from the part of the law that it integrates.
     pub(super) fn parts<K>(&self, of: impl Fn(Part) -> K) -> Vec<K> {
         self.passes.iter().map(|pass| of(pass.part)).collect()
     }

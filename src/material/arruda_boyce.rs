@@ -34,7 +34,7 @@ pub struct ArrudaBoyce {
 /// Coefficients of the series of the inverse Langevin function.
 const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
 
-/// What the energy of [`ArrudaBoyce`] is evaluated with.
+/// Coefficients of the energy of the law of Arruda and Boyce.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
     /// Of the powers of `I1 - 3` \[Pa\].

@@ -29,12 +29,12 @@ pub struct Gent {
     pub poisson_ratio: Option<Number>,
 }
 
-/// What the energy of [`Gent`] is evaluated with.
+/// Coefficients of the energy of Gent's law.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
     /// `-mu J_m / 2` \[Pa\].
     factor: f64,
-    /// `-1 / J_m`; zero where only the volume counts.
+    /// `-1 / J_m`; zero for the volumetric part.
     inverse_limit: f64,
     bulk: f64,
 }

@@ -14,7 +14,7 @@ pub const INVARIANTS: usize = 3;
 /// The invariants `i_1`, `i_2`, `i_3` of four states.
 pub type PackedInvariants = [Pack; INVARIANTS];
 
-/// What is wanted of an energy, in addition to its value.
+/// Derivatives to evaluate besides the energy.
 #[derive(Debug, Clone, Copy)]
 pub enum Wanted<'a> {
     /// Nothing.

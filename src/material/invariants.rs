@@ -22,7 +22,7 @@ pub trait Isotropic: Copy + 'static {
     }
 }
 
-/// Invariants of `e = C - 1`, and what laws are made of.
+/// Invariants of `e = C - 1`, and terms from which laws are built.
 #[derive(Debug, Clone, Copy)]
 pub struct Invariants<T> {
     /// `i_1 = tr e = tr C - 3`.

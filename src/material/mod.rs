@@ -40,7 +40,7 @@ use crate::error::{Error, Result};
 use crate::reader::findings::Findings;
 use crate::reader::laws::family;
 
-/// Makes the enum of the laws with its table (see [`family`]), and the ways to what kernels and checks need.
+/// Defines the enum of the laws, its table (see [`family`]), and the access for kernels and checks.
 macro_rules! materials {
     ($($name:literal: $file:ident::$law:ident),+ $(,)?) => {
         family! {

@@ -28,7 +28,7 @@ pub struct MooneyRivlin {
     pub poisson_ratio: Option<Number>,
 }
 
-/// What the energy of [`MooneyRivlin`] is evaluated with.
+/// Coefficients of the energy of the Mooney-Rivlin law.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
     c10: f64,

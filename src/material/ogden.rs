@@ -39,10 +39,10 @@ pub struct OgdenTerm {
     pub alpha: Number,
 }
 
-/// What the energy of [`Ogden`] is evaluated with.
+/// Coefficients of the energy of Ogden's law.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
-    /// Empty where only the volume counts.
+    /// Empty for the volumetric part.
     terms: UpTo<Power, 3>,
     bulk: f64,
 }

@@ -30,7 +30,7 @@ pub struct Yeoh {
     pub poisson_ratio: Option<Number>,
 }
 
-/// What the energy of [`Yeoh`] is evaluated with.
+/// Coefficients of the energy of Yeoh's law.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
     powers: [f64; 3],

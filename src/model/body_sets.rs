@@ -211,7 +211,7 @@ fn nothing<const D: usize>(
 ) -> Error {
     let message = format!("the set '{}' of '{body}' is empty", name.value);
     if matches!(set.selection, Selection::Of(..)) {
-        let cure = "its sets have no members in common, or the difference takes all of them away";
+        let cure = "the sets have no members in common, or the difference is empty";
         return case.error(name.place, message).hint(cure);
     }
     let inside = mesh.points.iter().filter(|point| contains(&set.selection, point)).count();
@@ -231,7 +231,7 @@ fn nothing<const D: usize>(
     let count = if inside == 0 {
         "no node is in it".to_owned()
     } else {
-        format!("{inside} nodes are in it, but {what}")
+        format!("nodes in it: {inside}, but {what}")
     };
     case.error(name.place, format!("{message}: {count}; the body extends from {extent}")).hint(cure)
 }
@@ -343,7 +343,7 @@ mod tests {
         for (sets, place, words) in [
             (vec!["top: \"x < 1e-6\""], "6:7", ["already has a set 'top'", "another name"]),
             (vec!["a: \"x > 2\""], "6:7", ["is empty: no node is in it", "from [0, 0] to [0.4, 0.2] m"]),
-            (vec!["a: \"x > 0.35 and y < 0.05\""], "6:7", ["1 nodes are in it, but no facet", "of: nodes"]),
+            (vec!["a: \"x > 0.35 and y < 0.05\""], "6:7", ["nodes in it: 1, but no facet", "of: nodes"]),
             (vec!["a: { of: nodes, where: \"y == 0.05\" }"], "6:7", ["is empty", "tolerance"]),
             (
                 vec!["a: { of: elements, where: \"y < 0.05\" }"],

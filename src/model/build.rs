@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use super::body_sets::bodies_of;
 use super::{
-    Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Rayleigh, RigidModel, Support, Target,
-    lengths,
+    Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, RayleighFactors, RigidModel, Support,
+    Target, lengths,
 };
 use crate::case::{self, Action, Case, Function, PlacedFunction, SetNames};
 use crate::contact::rigid::BodyMotion;
@@ -166,7 +166,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
         },
         damping: body.damping.as_ref().map(|damping| match damping.value {
             case::Damping::Rayleigh(factors) => {
-                Rayleigh { mass: factors.mass.value, stiffness: factors.stiffness.value }
+                RayleighFactors { mass: factors.mass.value, stiffness: factors.stiffness.value }
             }
         }),
         young_modulus: body.material.moduli().young_modulus(),

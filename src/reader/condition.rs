@@ -57,7 +57,7 @@ impl<'de> Deserialize<'de> for Condition {
             fn visit_str<E: Error>(self, text: &str) -> Result<Condition, E> {
                 Condition::parse(text).map_err(E::custom)
             }
-            // What could not be read; no YAML has bytes.
+            // Marks a value that could not be read: YAML never produces bytes.
             fn visit_bytes<E: Error>(self, _: &[u8]) -> Result<Condition, E> {
                 self.visit_str("x == x")
             }

@@ -30,7 +30,7 @@ pub(super) trait Scalar:
     }
 
     /// The angle of the point (x, this number) from the positive x axis, in (-pi, pi]; with respect to `x` and this number
-    /// it has derivatives everywhere but at the origin.
+    /// it has derivatives everywhere except at the origin.
     fn angle_over(self, x: Self) -> Self {
         let angle = self.real().atan2(x.real());
         if self.is_constant() && x.is_constant() {
@@ -48,7 +48,7 @@ pub(super) trait Scalar:
         ratio.chain(angle, -first, -second)
     }
 
-    /// What is left of this number after the largest whole number of times `divisor`; it has the sign of the divisor.
+    /// Remainder of the division by `divisor`, with the sign of the divisor.
     ///
     /// The derivatives are those between the jumps: that of the remainder by this number is 1.
     fn modulo(self, divisor: Self) -> Self {

@@ -19,7 +19,7 @@ pub(super) struct Condition {
     root: Test,
 }
 
-/// What has a number as its value.
+/// A numeric expression.
 #[derive(Debug, Clone, PartialEq)]
 enum Node {
     Number(f64),
@@ -30,7 +30,7 @@ enum Node {
     If(Box<Test>, Box<Node>, Box<Node>),
 }
 
-/// What holds or does not hold.
+/// A condition: an expression that is true or false.
 #[derive(Debug, Clone, PartialEq)]
 enum Test {
     Compare(Comparison, Box<Node>, Box<Node>),

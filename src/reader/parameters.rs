@@ -32,8 +32,10 @@ impl Parameters {
         for (name, _) in &self.0 {
             let fits = |c: char| c.is_alphanumeric() || c == '_';
             if expression::is_reserved(name) {
-                let message =
-                    format!("'{}' has a meaning in expressions and can not be a parameter", name.value);
+                let message = format!(
+                    "'{}' is a variable or function of expressions and can not be a parameter",
+                    name.value
+                );
                 found.say(name.place, message);
                 found.cure("choose another name");
             } else if !name.starts_with(char::is_alphabetic) || !name.chars().all(fits) {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{IntegrationScheme, Method};
 
 /// Midpoint rule with energy-conserving forces, for impact: conserves energy, linear and angular
-/// momentum, no damping.
+/// momentum, no numerical damping.
 ///
 /// Contact acts on the reference area. Best with `mass: redistributed`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{IntegrationScheme, Method};
 
-/// Midpoint rule: second order, conserves linear and angular momentum, no damping.
+/// Midpoint rule: second order, conserves linear and angular momentum, no numerical damping.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Midpoint {}

@@ -20,7 +20,7 @@ use crate::dynamics::Stage;
 use crate::element::Kinematics;
 use crate::error::Result;
 use crate::mesh::ElementKind;
-use crate::model::{Body, ContactModel, Model, Rayleigh};
+use crate::model::{Body, ContactModel, Model, RayleighFactors};
 use crate::observe::probes::watch;
 use crate::partition::LocalMesh;
 use crate::petsc::Session;
@@ -178,7 +178,7 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
         }
         return;
     }
-    if let Some(Rayleigh { mass, stiffness }) = body.damping {
+    if let Some(RayleighFactors { mass, stiffness }) = body.damping {
         let _ = writeln!(
             text,
             "  Rayleigh damping: {mass:.4e} {} times the mass, {stiffness:.4e} {s} times the stiffness",

@@ -300,8 +300,8 @@ fn newton_tolerance(case: &Case) -> f64 {
     const RATIO: f64 = 1e-1;
     /// Tolerance without a request. Errors of forces and displacements are then below 2e-7 in the
     /// shipped scenes, a thousandth of those of their meshes
-    /// (docs/performance/speed-versus-accuracy.md). 1e-9 costs an eighth more; 1e-6 saves
-    /// 2 %, with errors up to 1e-5.
+    /// (docs/performance/speed-versus-accuracy.md). 1e-9 costs an eighth more. 1e-6 saves
+    /// nothing more, and has errors up to 1e-5.
     const USUAL: f64 = 1e-7;
     /// Tolerance of the conserving scheme, whose energy is as exact as the balance, and of the
     /// staggered strategy, whose sweeps leave errors of the same sign in each step.

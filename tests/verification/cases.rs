@@ -9,7 +9,9 @@ use contact_petsc::contact::normal::{NormalLaw, NormalPowerLaw};
 use contact_petsc::contact::obstacle::{Cylinder, Plane, Shape, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
 use contact_petsc::mesh::{BoxShape, Facet, Mesh};
-use contact_petsc::model::{Body, ContactModel, InitialOverclosure, LoadKind, MassChoice, Rayleigh, Target};
+use contact_petsc::model::{
+    Body, ContactModel, InitialOverclosure, LoadKind, MassChoice, RayleighFactors, Target,
+};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -191,7 +193,7 @@ impl<const D: usize> Case<D> {
         if self.lumped {
             model.bodies[0].mass = MassChoice::Lumped;
         }
-        model.bodies[0].damping = Some(Rayleigh { mass: 0.7, stiffness: 0.02 });
+        model.bodies[0].damping = Some(RayleighFactors { mass: 0.7, stiffness: 0.02 });
         let only = |axis: usize, text| std::array::from_fn(|i| if i == axis { text } else { "" });
         model.supports.push(support("block.top", only(D - 1, "-0.2 * t")));
         model.supports.push(support("block.right", only(0, "2 * t - 0.7")));

@@ -511,8 +511,13 @@ const BROKEN: &[Broken] = &[
     ("on: block.top", "on: [block.top, blok]", "23:28", &["unknown body 'blok'"]),
     ("on: block.top", "on: [block.top, block.left, block.tpo]", "23:40", &["has no set 'tpo'"]),
     // Parameters.
-    ("dimension: 2", "parameters: { x: 1 }\ndimension: 2", "2:15", &["'x' has a meaning", "another name"]),
-    ("dimension: 2", "parameters: { tanh: 1 }\ndimension: 2", "2:15", &["'tanh' has a meaning"]),
+    (
+        "dimension: 2",
+        "parameters: { x: 1 }\ndimension: 2",
+        "2:15",
+        &["'x' is a variable or function", "another name"],
+    ),
+    ("dimension: 2", "parameters: { tanh: 1 }\ndimension: 2", "2:15", &["'tanh' is a variable or function"]),
     (
         "dimension: 2",
         "parameters: { a-b: 1 }\ndimension: 2",

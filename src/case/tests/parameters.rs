@@ -20,7 +20,7 @@ fn parametric() -> String {
         .replace("max: [1, 1]", "max: [\"speed\", \"2 * speed - 1\"]")
 }
 
-/// A case with parameters says the same as one with their values.
+/// A case with parameters equals the case with their values.
 #[test]
 fn parameters_stand_for_their_values() {
     let case = Case::parse(&parametric(), "case.yml").unwrap();

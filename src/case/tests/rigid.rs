@@ -43,7 +43,7 @@ fn motions_are_read() {
     }
 }
 
-/// Whatever is wrong is reported with line, column, cause and cure.
+/// Invalid input is reported with line, column, cause and cure.
 #[test]
 fn what_is_wrong_is_reported() {
     let flat = |motion: &str| case(2, &format!("{{ {FLAT}, motion: {motion} }}"));

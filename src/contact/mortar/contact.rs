@@ -279,8 +279,9 @@ impl<const D: usize> VertexContact<D> {
         Overlap { pairs, sums }
     }
 
-    /// Adds the depths of facets below a body to their vertices. A facet that is covered only by a
-    /// sliver that is deeper than long lies behind another side, so that its depth means nothing.
+    /// Adds the depths of facets below a body to their vertices. If the covered
+    /// part of a facet is shorter than half of its depth, it lies behind another side of the target. Its
+    /// depth is then ignored.
     fn add_depths(&self, pairs: &[ActivePair<D>], sums: &mut [VertexSums<D>]) {
         for pairs in pairs.chunk_by(|a, b| a.facet == b.facet) {
             let facet = &self.surface.facets()[pairs[0].facet as usize];

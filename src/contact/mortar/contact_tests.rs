@@ -465,8 +465,8 @@ fn a_sliver_deeper_than_long_does_not_press() {
     assert_eq!([2.1e-3, 0.1].map(force), [0.0; 2]);
 }
 
-/// A sliver deeper than long has no depth, alone or beside a facet that is covered. What is longer
-/// than half of its depth has one.
+/// The depth of a covered part that is shorter than half of it is ignored, alone or beside a covered
+/// facet. Otherwise it counts.
 #[test]
 fn a_sliver_deeper_than_long_has_no_depth() {
     const SHALLOW: f64 = 1e-6;

@@ -104,7 +104,7 @@ fn inverse_length(cover: f64, full: f64, width: f64) -> f64 {
     (width / cover - width / full).max(0.0)
 }
 
-/// Whether what is covered of a facet of this size \[m\] is a sliver that is deeper than long. A
+/// Whether the covered part of a facet of this size \[m\] is a sliver, much shorter than its depth. A
 /// pair carries `share` of the tractions, and so much of the area counts in `cover`.
 pub(super) fn is_sliver<const D: usize>(depth: f64, cover: f64, size: f64, share: f64) -> bool {
     let width = share * size.powi(D as i32 - 2);

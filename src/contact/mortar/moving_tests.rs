@@ -34,7 +34,7 @@ fn instant(time: f64) -> MotionInstant {
     MotionInstant { time, factor: 1.0 }
 }
 
-/// The rotation of that motion at an angle, made another way.
+/// The rotation of that motion at an angle, by an independent formula.
 fn rotation<const D: usize>(angle: f64) -> Tensor<D> {
     let plane = nalgebra::Rotation2::new(angle).into_inner();
     let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::from(AXIS));
@@ -42,7 +42,7 @@ fn rotation<const D: usize>(angle: f64) -> Tensor<D> {
     Tensor::from_fn(|i, j| if D == 2 { plane[(i, j)] } else { space[(i, j)] })
 }
 
-/// Where the body takes a point of its frame.
+/// Current position of a point of the body frame.
 fn carried<const D: usize>(motion: &BodyMotion<D>, time: f64, x: &Vector<D>) -> Vector<D> {
     let value = |function: &Function| function.value([0.0; 3], time);
     let shift = Vector::from_fn(|i, _| value(&motion.translation[i]));

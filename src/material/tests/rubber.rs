@@ -241,7 +241,7 @@ fn complaints(law: &Material) -> Vec<String> {
     findings.into_complaints().into_iter().map(|complaint| complaint.message).collect()
 }
 
-/// Parameters that make no law are refused, each with one complaint.
+/// Invalid parameters are refused, each with one complaint.
 #[test]
 fn wrong_rubbers_are_refused() {
     for (law, _) in rubbers() {

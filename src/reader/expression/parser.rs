@@ -24,7 +24,7 @@ const WORDS: [&str; 5] = ["pi", "if", "and", "or", "not"];
 const MAX_DEPTH: usize = 64;
 const MAX_OPERATIONS: usize = 1000;
 
-/// Whether the grammar gives a name a meaning, so that no parameter can have it.
+/// Whether a name is a variable or a function, so that no parameter may have it.
 pub(in super::super) fn is_reserved(name: &str) -> bool {
     own_names().any(|own| own == name)
 }
@@ -66,7 +66,7 @@ impl<'a> Parser<'a> {
         Self { text, at: 0, depth: 0, operations: 0, uses_parameters: false }
     }
 
-    /// What the whole text is.
+    /// Parses the whole text.
     fn whole<R>(&mut self, read: impl FnOnce(&mut Self) -> Result<R, Complaint>) -> Result<R, Complaint> {
         let root = read(self)?;
         self.skip_space();
@@ -97,7 +97,7 @@ impl<'a> Parser<'a> {
         Complaint::new(message).hint(hint).offset(self.text[..at].chars().count())
     }
 
-    /// The complaint about a name that means nothing.
+    /// The complaint about an unknown name.
     fn unknown(&self, name: &str) -> Complaint {
         let mut complaint = self.wrong(format!("unknown name '{name}' in the expression"));
         let parameters = parameter_names();
