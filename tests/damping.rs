@@ -155,6 +155,7 @@ fn ranks_agree() {
         let apart = |of_one: &[f64], table: &str, column: &str, scale: f64| {
             let found = several.table(table).numbers(column);
             assert_eq!(found.len(), of_one.len());
+            assert!(found.iter().chain(of_one).all(|value| value.is_finite()));
             let most = found.iter().zip(of_one).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
             assert!(most < 1e-7 * scale, "{ranks} ranks: {column} {most} of {scale}");
         };

@@ -17,6 +17,7 @@ fn indenter() -> String {
 fn apart(one: &[f64], other: &[f64]) -> f64 {
     assert!(one.len() == other.len() && !one.is_empty());
     let largest = one.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    assert!(one.iter().chain(other).all(|value| value.is_finite()));
     one.iter().zip(other).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs())) / largest
 }
 
@@ -126,6 +127,7 @@ fn only_relative_motion_matters() {
         let heat = |results: &Results| results.table("energy.csv").numbers("friction_dissipated");
         assert!(apart(&heat(&held), &heat(&dragged)) < 1e-10, "{scheme}");
         let ledger = held.table("energy.csv");
+        assert!(ledger.last("external_work") > 0.0);
         let unexplained = ledger.last("numerical").abs() / ledger.last("external_work");
         assert!(unexplained < 5e-3, "{scheme}: {unexplained}");
     }
@@ -349,7 +351,38 @@ fn a_motion_that_is_not_finite_is_reported() {
     let folder = Folder::new("infinite");
     let text = block_on_floor(true, "static").replace("\"-0.5 * t\"", "\"1e-3 / (t - 0.01)\"");
     folder.write("case.yml", &text);
-    let output = run(0, &["case.yml", "-q"], &folder);
-    assert_eq!(output.code, Some(3), "{}", output.text());
-    assert_says(&output.stderr, &["case.yml:8:", "at t = 0.01", "finite"]);
+    for ranks in [0, 2, 3] {
+        let output = run(ranks, &["case.yml", "-q"], &folder);
+        assert_eq!(output.code, Some(3), "{ranks}: {}", output.text());
+        assert_says(&output.stderr, &["case.yml:8:", "at t = 0.01", "finite"]);
+    }
+}
+
+/// Statics begins without the motion at t = 0, and applies it within the first step. The work of
+/// that step is in both tables, also if the tool touches at the start.
+#[test]
+fn a_motion_at_the_start_of_statics_does_its_work_once() {
+    let text = "dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.3], cells: [6, 5] } }
+    material: { neo_hookean: { young_modulus: 5.0e+6, poisson_ratio: 0.3 } }
+rigid:
+  floor:
+    shape: { plane: { point: [0, 0.001], normal: [0, 1] } }
+    motion: { translation: { y: '0.002 + 0.001 * t' } }
+contact:
+  sole: { contactor: block.bottom, target: floor, normal: { penalty: { compliance: 1.0e-9 } }, initial_overclosure: accept }
+boundary: { clamp: { on: block.top, displacement: { x: 0, y: 0 } } }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+output: { fields: { every: 100 } }
+";
+    let results = Results::of(text, 1);
+    let (rigid, energy) = (results.table("rigid.csv"), results.table("energy.csv"));
+    let work = rigid.numbers("work");
+    assert_eq!(work[0], 0.0);
+    assert!(work[1] > 0.0 && rigid.numbers("force_y")[0] < 0.0);
+    assert_eq!(work, energy.numbers("external_work"));
+    let position = rigid.numbers("position_y");
+    assert!((position[0] - 0.001).abs() < 1e-12 && (position[2] - 0.004).abs() < 1e-12, "{position:?}");
 }

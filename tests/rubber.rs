@@ -290,7 +290,11 @@ fn fits_are_reproduced() {
         }
     }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/fit-rubber.py");
-    let Ok(output) = Command::new("python3").arg(script).output() else { return };
+    let output = Command::new("python3")
+        .arg(script)
+        .output()
+        .expect("python3, which `scripts/setup --tests` installs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let again = fitted(&String::from_utf8(output.stdout).unwrap());
     assert_eq!(again.len(), laws.len(), "{}", String::from_utf8_lossy(&output.stderr));
     for (law, again) in laws.iter().zip(again) {

@@ -101,7 +101,10 @@ impl<const D: usize> ContactSystem<D> {
             return Ok(Vec::new());
         }
         let over = (stage.over_step != OverStep::No).then_some(stage.dt);
-        let step = MotionStep { over, ..self.motion_step(stage) };
+        let step = self.motion_step(stage);
+        // The state at which the contact was evaluated: statics begins with the factor 0.
+        let end = MotionInstant { factor: self.factor, ..step.end };
+        let step = MotionStep { end, over, ..step };
         let mut own = vec![0.0_f64; 6 * self.tools.len()];
         for (sums, tool) in own.chunks_exact_mut(6).zip(&self.tools) {
             for contact in self.contacts.iter().filter(|contact| contact.target_name == tool.name) {
