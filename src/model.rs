@@ -15,9 +15,11 @@ use crate::case::{self, PlacedFunction, Units};
 use crate::contact::friction::Friction;
 use crate::contact::normal::NormalLaw;
 use crate::contact::obstacle::Shape;
-use crate::contact::rigid::BodyMotion;
+use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::RigidTarget;
 use crate::element::{Formulation, Kinematics};
+use crate::mesh::Mesh;
+use crate::tensor::Vector;
 
 pub use meshes::{read_mesh, read_meshes};
 
@@ -71,8 +73,82 @@ pub struct RayleighFactors {
 pub struct RigidModel<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// Its motion.
-    pub motion: Rc<BodyMotion<D>>,
+    /// What determines its motion.
+    pub drive: RigidDrive<D>,
+}
+
+/// What determines the motion of a rigid body.
+#[derive(Debug, Clone)]
+pub enum RigidDrive<const D: usize> {
+    /// Functions of time.
+    Prescribed(Rc<BodyMotion<D>>),
+    /// Forces, for the body with this index among the free ones.
+    Free(usize, Rc<FreeBodyModel<D>>),
+}
+
+/// A rigid body that forces move.
+#[derive(Debug, Clone)]
+pub struct FreeBodyModel<const D: usize> {
+    /// Centre of mass in the reference configuration \[m\].
+    pub centre: Vector<D>,
+    /// Mass and inertia. It is `None` in statics without mass. A moment of inertia is 0 if it was
+    /// not given.
+    pub mass: Option<MassProperties>,
+    /// Prescribed displacements \[m\].
+    pub translation: [Option<PlacedFunction>; D],
+    /// Rotations that are zero, about the axes x, y, z.
+    pub fixed_rotations: [bool; 3],
+    /// Prescribed rotation: unit axis, and angle \[rad\].
+    pub rotation: Option<([f64; 3], PlacedFunction)>,
+    /// Force at the centre of mass \[N\].
+    pub force: [Option<PlacedFunction>; D],
+    /// Torque in space \[N m\].
+    pub torque: [Option<PlacedFunction>; 3],
+    /// Acceleration of gravity \[m/s2\], one function per direction, or none.
+    pub gravity: Vec<PlacedFunction>,
+    /// Initial velocity of the centre of mass \[m/s\].
+    pub initial_velocity: Vector<D>,
+    /// Initial angular velocity \[rad/s\].
+    pub initial_spin: [f64; 3],
+}
+
+impl<const D: usize> FreeBodyModel<D> {
+    /// All functions of time.
+    pub fn functions(&self) -> impl Iterator<Item = &PlacedFunction> {
+        let loads = self.force.iter().chain(&self.torque).chain(&self.translation).flatten();
+        loads.chain(&self.gravity).chain(self.rotation.iter().map(|(_, angle)| angle))
+    }
+}
+
+impl<const D: usize> RigidModel<D> {
+    /// The prescribed motion; `None` for a free body.
+    pub fn prescribed(&self) -> Option<&Rc<BodyMotion<D>>> {
+        match &self.drive {
+            RigidDrive::Prescribed(motion) => Some(motion),
+            RigidDrive::Free(..) => None,
+        }
+    }
+
+    /// The free body; `None` if the motion is prescribed.
+    pub fn free(&self) -> Option<&Rc<FreeBodyModel<D>>> {
+        match &self.drive {
+            RigidDrive::Prescribed(_) => None,
+            RigidDrive::Free(_, body) => Some(body),
+        }
+    }
+
+    /// Whether the body may rotate.
+    pub fn rotates(&self) -> bool {
+        self.prescribed().is_none_or(|motion| motion.rotates())
+    }
+
+    /// All functions of time.
+    pub fn functions(&self) -> Box<dyn Iterator<Item = &PlacedFunction> + '_> {
+        match &self.drive {
+            RigidDrive::Prescribed(motion) => Box::new(motion.functions()),
+            RigidDrive::Free(_, body) => Box::new(body.functions()),
+        }
+    }
 }
 
 /// Distribution of the mass of a body.
@@ -254,15 +330,31 @@ impl<const D: usize> Model<D> {
     pub fn has_symmetric_steps(&self) -> bool {
         let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
         let flat = |contact: &ContactModel<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
-        let rotates = self.rigid.iter().any(|body| body.motion.rotates());
+        let rotates = self.rigid.iter().any(RigidModel::rotates);
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat) && !rotates
+    }
+
+    /// The free rigid bodies with their names, in the order of their indices.
+    pub fn free_bodies(&self) -> impl Iterator<Item = (&str, &Rc<FreeBodyModel<D>>)> {
+        self.rigid.iter().filter_map(|body| Some((body.name.as_str(), body.free()?)))
+    }
+
+    /// Appends the nodes of the free rigid bodies to the mesh of all bodies, two each: displacement
+    /// and rotation. They belong to no element. Returns their number.
+    pub fn add_pose_nodes(&self, mesh: &mut Mesh<D>) -> usize {
+        let before = mesh.points.len();
+        for (_, body) in self.free_bodies() {
+            let centre: [f64; D] = body.centre.into();
+            mesh.points.extend([centre; 2]);
+        }
+        mesh.points.len() - before
     }
 
     /// Times at which loads, supports or rigid bodies, or their rates, may jump \[s\].
     pub fn kinks(&self) -> Vec<f64> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let loads = self.loads.iter().flat_map(|load| load.kind.functions());
-        let rigid = self.rigid.iter().flat_map(|body| body.motion.functions());
+        let rigid = self.rigid.iter().flat_map(RigidModel::functions);
         supports.chain(loads).chain(rigid).flat_map(|function| function.kinks()).collect()
     }
 }

@@ -193,15 +193,14 @@ fn way<const D: usize>(system: &mut ContactSystem<D>, model: &Model<D>, span: &S
 }
 
 /// Largest component of the displacement of any rigid body at `instants` \[m\]. There is no bound
-/// on the motion of the surface of a body that rotates.
+/// on the motion of the surface of a body that rotates or is free.
 fn travel_of_rigid<const D: usize>(model: &Model<D>, instants: &[f64]) -> f64 {
     let mut most = 0.0_f64;
     for body in &model.rigid {
-        if body.motion.rotates() {
+        let Some(motion) = body.prescribed().filter(|motion| !motion.rotates()) else {
             return f64::INFINITY;
-        }
-        let values = body
-            .motion
+        };
+        let values = motion
             .translation
             .iter()
             .flat_map(|function| instants.iter().map(move |&time| function.value([0.0; 3], time).abs()));

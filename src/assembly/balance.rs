@@ -65,6 +65,8 @@ impl<const D: usize> ContactSystem<D> {
         let loads = &mut self.external;
         let phases = &self.phases;
         let fault = &mut self.fault;
+        let free = &self.bodies.free;
+        let trouble = &mut self.trouble;
         let mut bodies = || {
             // Predicted branches change only the contact forces, and follow a residual at the same
             // state.
@@ -81,6 +83,9 @@ impl<const D: usize> ContactSystem<D> {
             }
             external.fill(0.0);
             loads.add_force(&Self::moment(stage, factor, &u), solids, external);
+            if let Err(error) = free.add_forces(stage, factor, internal, external) {
+                trouble.get_or_insert(error);
+            }
         };
         let Some(interface) = &mut self.interface else { return bodies() };
         let world = self.bodies.session.world();

@@ -9,8 +9,9 @@ use mpi::traits::CommunicatorCollectives;
 use super::build::{extent, farthest, free_bodies, physics, supports};
 use super::contact::LocalContact;
 use super::damping::DampingMatrix;
+use super::free_bodies::FreeBodies;
 use super::holding::Holding;
-use super::mass::{MassMatrix, Supported};
+use super::mass::{MassMatrix, Masses, Supported};
 use super::pattern::pattern_of_elements;
 use super::pieces::Pieces;
 use super::redistribution::Redistribution;
@@ -89,6 +90,8 @@ pub struct Bodies<const D: usize> {
     pub(super) redistribution: Option<Redistribution>,
     inertia: bool,
     damped: bool,
+    /// The free rigid bodies.
+    pub(super) free: FreeBodies<D>,
     /// Couplings by elements.
     pub(super) pattern: Rc<BlockPattern>,
     pub(super) names: Vec<NamedBody>,
@@ -109,7 +112,9 @@ impl<const D: usize> Bodies<D> {
         inertia: bool,
     ) -> Result<Self> {
         let world = session.world();
-        let supports = agree(world, supports(&local, model))?;
+        let mut supports = agree(world, supports(&local, model))?;
+        let free_rigid = FreeBodies::new(session, &local, model, extent.size);
+        free_rigid.mark_held(&mut supports.dofs.constrained);
         let pattern = Rc::new(pattern_of_elements(&local));
         let constrained = &supports.dofs.constrained;
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
@@ -126,6 +131,7 @@ impl<const D: usize> Bodies<D> {
             supports,
             mass: None,
             damping: None,
+            free: free_rigid,
             redistribution,
             inertia,
             damped: inertia && model.bodies.iter().any(|body| body.damping.is_some()),
@@ -136,6 +142,10 @@ impl<const D: usize> Bodies<D> {
         };
         bodies.set_pattern(&pattern)?;
         bodies.holding = Holding::new(free, &bodies.pieces, &bodies.allowed_motions());
+        for (body, (motions, words)) in bodies.free.all().iter().zip(bodies.free.free_directions()) {
+            let touched = model.contacts.iter().any(|contact| contact.target_name == body.name);
+            bodies.holding.add_rigid(&body.name, motions, touched, words);
+        }
         Ok(bodies)
     }
 
@@ -144,9 +154,9 @@ impl<const D: usize> Bodies<D> {
     pub(super) fn set_pattern(&mut self, pattern: &Rc<BlockPattern>) -> Result<()> {
         let supported = Supported { constrained: &self.supports.dofs.constrained, index: &self.local.index };
         let redistribution = self.redistribution.as_ref();
+        let masses = Masses { solids: &self.solids, nodes: &self.free.masses() };
         if self.inertia {
-            self.mass =
-                Some(MassMatrix::new(&self.session, pattern, &self.solids, &supported, redistribution)?);
+            self.mass = Some(MassMatrix::new(&self.session, pattern, &masses, &supported, redistribution)?);
         }
         if self.damped {
             self.damping =
@@ -323,6 +333,24 @@ impl<const D: usize> Bodies<D> {
         for &node in mass.massless() {
             rhs[node as usize * D..][..D].fill(0.0);
         }
+    }
+
+    /// Stores the rotations of free rigid bodies at the end of an accepted step. Collective.
+    pub(super) fn accept_rigid(&mut self, stage: &Stage) {
+        let session = Rc::clone(&self.session);
+        self.free.accept(&session, stage);
+    }
+
+    /// Whether there are free rigid bodies.
+    pub fn has_free_rigid(&self) -> bool {
+        !self.free.is_empty()
+    }
+
+    /// Calls `receive(node, angular)` for each rotation node of a free rigid body on this rank, whose
+    /// nodal momentum in `momenta` is not linear. `angular` is the angular momentum of its rotation
+    /// [N m s].
+    pub fn spins(&self, stage: &Stage, momenta: &[f64], receive: impl FnMut(usize, [f64; 3])) {
+        self.free.spins(stage, momenta, receive);
     }
 
     /// Describes the inverted or overstretched element: number, position, determinant.

@@ -20,8 +20,8 @@ use crate::tensor::Vector;
 
 /// A body, or a piece of one, that no support holds in some direction.
 pub(super) struct FreeBody {
-    /// Index of the body.
-    pub body: usize,
+    /// Index of the body; `None` for a rigid body.
+    pub body: Option<usize>,
     /// Index of the group of pieces.
     pub group: usize,
     /// Name and directions, for messages.
@@ -187,13 +187,13 @@ pub(super) fn middle_of<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
 ) -> Vector<D> {
-    let all = bounds_of(world, local.mesh.points.iter().copied());
+    let all = bounds_of(world, points_of_elements(local));
     Vector::from_fn(|i, _| 0.5 * (all[i] - all[i + 3]))
 }
 
 /// Largest coordinate of all ranks \[m\]. Its rounding is that of every position. Collective.
 pub(super) fn farthest<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
-    let own = local.mesh.points.as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let own = points_of_elements(local).flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut most = 0.0;
     world.all_reduce_into(&own, &mut most, SystemOperation::max());
     most
@@ -266,7 +266,7 @@ pub(super) fn free_bodies<const D: usize>(
         |group: usize| (0..D).filter(|&i| !held[group][i]).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>();
     let loose = (0..held.len()).filter(|&group| !free(group).is_empty());
     let describe = |group: usize| FreeBody {
-        body: pieces.all[pieces.groups[group][0]].body,
+        body: Some(pieces.all[pieces.groups[group][0]].body),
         group,
         words: format!("{} along {}", pieces.group_name(group), free(group).join(", ")),
     };
@@ -288,5 +288,11 @@ pub(super) fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalM
 
 /// Longest side of the box around all bodies \[m\].
 pub(super) fn extent<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
-    box_around(world, local.mesh.points.iter().copied()).into_iter().fold(0.0, f64::max)
+    box_around(world, points_of_elements(local)).into_iter().fold(0.0, f64::max)
+}
+
+/// Positions of the nodes of all elements \[m\], once per element. Nodes of free rigid bodies are not
+/// among them.
+fn points_of_elements<const D: usize>(local: &LocalMesh<D>) -> impl Iterator<Item = [f64; D]> + '_ {
+    local.mesh.nodes.iter().map(|&node| local.mesh.points[node as usize])
 }

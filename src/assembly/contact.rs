@@ -11,7 +11,7 @@ use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::normal::PressedSide;
 use crate::contact::obstacle::Shape;
 use crate::contact::point::{ContactLaw, Status};
-use crate::contact::rigid::MotionStep;
+use crate::contact::rigid::{BodyFrame, MotionStep};
 use crate::contact::state::{Changes, ContactState, SquaredForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
@@ -133,12 +133,13 @@ impl<const D: usize> LocalContact<D> {
         &self.pair.contact.target
     }
 
-    /// Sets the pose of a moving rigid target for a step.
+    /// Sets the pose of a moving rigid target for a step. `free` are the frames of the free rigid
+    /// bodies.
     ///
     /// # Errors
     /// A value of its motion is not finite, at its position in the case.
-    pub fn place(&mut self, step: &MotionStep) -> Result<()> {
-        self.pair.contact.target.place(step)
+    pub fn place(&mut self, step: &MotionStep, free: &[BodyFrame<D>]) -> Result<()> {
+        self.pair.contact.target.place(step, free)
     }
 
     /// Largest extent of a facet of either side \[m\]. For an obstacle, the mean size of the
@@ -282,7 +283,9 @@ impl<const D: usize> LocalContact<D> {
     /// obstacles, the weight of points decreases with their gap. Between bodies, pressures act
     /// along the normals of the contactor, while gaps also change with the slope of the target.
     pub fn is_symmetric(&self) -> bool {
-        self.pair.contact.area == AreaKind::Reference && self.obstacle().is_some_and(Shape::is_plane)
+        self.target().free_body().is_none()
+            && self.pair.contact.area == AreaKind::Reference
+            && self.obstacle().is_some_and(Shape::is_plane)
     }
 
     /// Compares the forces of the points with the frozen ones.

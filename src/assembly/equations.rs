@@ -37,7 +37,9 @@ impl<const D: usize> Equations for ContactSystem<D> {
             } else {
                 stage.trial.time
             };
-            self.bodies.supports.fill(&self.bodies.local.mesh.points, time, factor, fields)
+            let rigid = PrescribedFields { u: &mut *fields.u, v: &mut *fields.v, a: &mut *fields.a };
+            let rigid = self.bodies.free.prescribe(time, factor, rigid);
+            self.bodies.supports.fill(&self.bodies.local.mesh.points, time, factor, fields).and(rigid)
         };
         self.trouble = filled.err();
         if stage.over_step == OverStep::Middle {
@@ -202,7 +204,9 @@ impl<const D: usize> Augmentation for ContactSystem<D> {
 
 impl<const D: usize> FloatingBodies for ContactSystem<D> {
     fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
-        self.bodies.free_motions(&stage.trial.u.local())
+        let mut motions = self.bodies.free_motions(&stage.trial.u.local())?;
+        motions.extend(self.bodies.free.motions(&self.forces, self.bodies.pieces.groups.len())?);
+        Ok(motions)
     }
 
     fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {

@@ -31,6 +31,15 @@ impl Holding {
         Self { free, groups: motions.iter().enumerate().map(group).collect() }
     }
 
+    /// Adds a free rigid body with this number of free directions. `touched` is whether a contact
+    /// may hold it, and `words` are its name and directions.
+    pub(super) fn add_rigid(&mut self, name: &str, motions: usize, touched: bool, words: String) {
+        if motions > 0 {
+            self.free.push(FreeBody { body: None, group: self.groups.len(), words });
+        }
+        self.groups.push(Group { name: format!("'{name}'"), motions, touched });
+    }
+
     /// Whether supports hold every body against every rigid motion.
     pub fn is_complete(&self) -> bool {
         self.groups.iter().all(|group| group.motions == 0)
@@ -38,7 +47,7 @@ impl Holding {
 
     /// Whether no support holds the body with this index in some direction.
     pub fn leaves_free(&self, body: usize) -> bool {
-        self.free.iter().any(|free| free.body == body)
+        self.free.iter().any(|free| free.body == Some(body))
     }
 
     /// Bodies that no support holds in some direction, as `body (along x, y)`.

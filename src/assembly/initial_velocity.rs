@@ -16,7 +16,12 @@ pub fn set_velocity<const D: usize>(
     stage: &mut Stage,
     model: &Model<D>,
 ) -> Result<()> {
-    let own = fill_velocity(&system.bodies().local().mesh, &mut stage.start.v.local_mut(), model);
+    let own = {
+        let mut v = stage.start.v.local_mut();
+        let filled = fill_velocity(&system.bodies().local().mesh, &mut v, model);
+        system.bodies().free.start(&mut v);
+        filled
+    };
     agree(system.session().world(), own)?;
     stage.start.a.set(0.0);
     stage.start.v.update_ghosts()

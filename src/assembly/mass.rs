@@ -25,24 +25,30 @@ pub struct MassMatrix {
 }
 
 impl MassMatrix {
-    /// Assembles the mass of all solids. Collective.
+    /// Assembles all masses. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.
     pub fn new<const D: usize>(
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
-        solids: &[SolidElements<D>],
+        masses: &Masses<D>,
         supported: &Supported,
         redistribution: Option<&Redistribution>,
     ) -> Result<Self> {
         let mut values = vec![0.0; pattern.slots()];
-        for solid in solids {
+        for solid in masses.solids {
             masses_of(solid, redistribution, |slot, value| {
                 if let Some(entry) = values.get_mut(slot as usize) {
                     *entry += value;
                 }
             });
+        }
+        for &(node, mass) in masses.nodes {
+            let slot = pattern.slot(node as usize, supported.index.global(node));
+            if let Some(entry) = slot.and_then(|slot| values.get_mut(slot as usize)) {
+                *entry += mass;
+            }
         }
         let without = |row: &usize| values[pattern.row(*row)].iter().all(|&mass| mass == 0.0);
         let massless: Vec<u32> = (0..pattern.rows()).filter(without).map(|node| node as u32).collect();
@@ -85,6 +91,14 @@ impl MassMatrix {
     pub fn multiply(&self, a: &Vector, out: &mut Vector) -> Result<()> {
         self.operator.multiply(a, out)
     }
+}
+
+/// What has mass.
+pub struct Masses<'a, const D: usize> {
+    /// The elements.
+    pub solids: &'a [SolidElements<D>],
+    /// Owned nodes with concentrated masses \[kg\].
+    pub nodes: &'a [(u32, f64)],
 }
 
 /// The prescribed unknowns and the numbering of the nodes.

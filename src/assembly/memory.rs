@@ -35,6 +35,8 @@ pub struct SystemState {
     laws: Vec<ChangedLaw>,
     /// Load factor of the state.
     factor: f64,
+    /// Rotations of the free rigid bodies, as quaternions.
+    orientations: Vec<[f64; 4]>,
     matrix: Option<usize>,
     search: Option<usize>,
     pattern: Option<usize>,
@@ -52,6 +54,7 @@ pub struct StoredSources {
 struct StoredMatrix {
     terms: u16,
     settings: StageSettings,
+    orientations: Vec<[f64; 4]>,
     laws: Vec<ChangedLaw>,
     search: Option<usize>,
 }
@@ -77,6 +80,7 @@ impl StoredSources {
         let matrix = |source: &Rc<MatrixSource>| StoredMatrix {
             terms: source.terms.bits(),
             settings: source.settings,
+            orientations: source.orientations.clone(),
             laws: source.contacts.iter().map(|contact| contact.law).collect(),
             search: source
                 .search
@@ -131,6 +135,7 @@ impl StoredSources {
             sources.matrices.push(Rc::new(MatrixSource {
                 terms: Terms::from_bits_truncate(matrix.terms),
                 settings: matrix.settings,
+                orientations: matrix.orientations.clone(),
                 u: field("u")?,
                 v: field("v")?,
                 u_start: field("u_start")?,
@@ -227,6 +232,7 @@ impl<const D: usize> ContactSystem<D> {
         SystemState {
             laws: self.contacts.iter().map(LocalContact::changed_law).collect(),
             factor: self.continuation.start_factor,
+            orientations: self.bodies.free.orientations(),
             matrix: self.matrix_source.as_ref().map(|source| sources.matrix(source)),
             search: self.search.as_ref().map(|source| sources.search(source)),
             pattern: self.pattern_search.as_ref().map(|source| sources.search(source)),
@@ -255,6 +261,7 @@ impl<const D: usize> ContactSystem<D> {
             self.search_again(source)?;
         }
         self.continuation.start_factor = state.factor;
+        self.bodies.free.set_orientations(&state.orientations);
         let names = History::<D>::names();
         for (number, (contact, law)) in self.contacts.iter_mut().zip(&state.laws).enumerate() {
             let columns = tables.contact_block(number, &names)?;
@@ -284,6 +291,7 @@ impl<const D: usize> ContactSystem<D> {
             u: stage.trial.u.owned().to_vec(),
             v: stage.trial.v.owned().to_vec(),
             u_start: stage.start.u.owned().to_vec(),
+            orientations: self.bodies.free.orientations(),
             contacts: self.contacts.iter().map(contact).collect(),
             search: self.search.clone(),
         }
@@ -301,6 +309,7 @@ impl<const D: usize> ContactSystem<D> {
                 return Err(Error::internal("a checkpoint that does not fit the points of a contact"));
             }
         }
+        self.bodies.free.set_orientations(&source.orientations);
         let mut stage = Stage::new(self.pattern_vector(), self.bodies.is_dynamic())?;
         source.settings.apply_to(&mut stage);
         self.continuation = source.settings.continuation;

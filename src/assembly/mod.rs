@@ -14,6 +14,7 @@ mod damping;
 mod equations;
 mod external;
 mod forces;
+mod free_bodies;
 mod holding;
 mod initial_velocity;
 mod interface;

@@ -3,8 +3,9 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::free_bodies::{FreeBodies, pose_of};
 use super::interface::{
-    Couplings, Opening, PairLift, RemoteForce, VertexForces, VertexStiffness, add_forces,
+    Couplings, Numbering, Opening, PairLift, RemoteForce, VertexForces, VertexStiffness, add_forces,
 };
 use super::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
@@ -122,6 +123,8 @@ pub struct ContactPair<const D: usize> {
     /// Local nodes of both surfaces.
     nodes: Vec<u32>,
     gather: Option<TargetGather<D>>,
+    /// Global numbers of the nodes of a free rigid target, with their reference point \[m\].
+    pose: Option<([i32; 2], Point<D>)>,
 }
 
 impl<const D: usize> ContactPair<D> {
@@ -154,7 +157,13 @@ impl<const D: usize> ContactPair<D> {
             target: target.to_vec(),
             nodes,
             gather: None,
+            pose: None,
         }
+    }
+
+    /// Finds the nodes of a free rigid target. Others have none.
+    pub(super) fn find_pose(&mut self, bodies: &FreeBodies<D>) {
+        self.pose = pose_of(&self.contact.target, bodies);
     }
 
     /// Motion by which no vertex can pass through the target \[m\]: half a facet, and at most half
@@ -174,7 +183,9 @@ impl<const D: usize> ContactPair<D> {
     fn acts_on_own_node(&self) -> bool {
         let facets = self.contact.surface.facets();
         let lumped = |obstacle| facets.iter().all(|facet| is_lumped(obstacle, facet.kind));
-        self.contact.area == AreaKind::Current && self.contact.target.obstacle().is_some_and(lumped)
+        self.pose.is_none()
+            && self.contact.area == AreaKind::Current
+            && self.contact.target.obstacle().is_some_and(lumped)
     }
 
     /// The nodes that vertices couple in addition to the couplings of elements, if there are any.
@@ -242,15 +253,21 @@ impl<const D: usize> ContactPair<D> {
     /// Takes the gathered facets as the target. `points` are the reference points of all nodes: the
     /// local ones, then those of `foreign`.
     pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
+        if let Some((globals, _)) = self.pose {
+            let numbering = Numbering { index, foreign };
+            self.contact.target.set_pose_nodes(globals.map(|global| numbering.node(global)));
+        }
         let Some(gather) = &self.gather else { return };
         let nodes = gather.placed(index, foreign);
         let facets = TargetFacets { nodes, ..gather.facets.clone() };
         self.contact.target = ContactTarget::Body(TargetSurface::new(facets, points));
     }
 
-    /// Foreign nodes of the gathered facets with their reference points.
-    pub fn foreign(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
-        self.gather.iter().flat_map(TargetGather::foreign_nodes)
+    /// Nodes of the target beyond those of `index`, with their reference points.
+    pub fn foreign<'a>(&'a self, index: &'a IndexMap) -> impl Iterator<Item = (i32, [f64; D])> + 'a {
+        let pose = self.pose.iter().flat_map(|(globals, at)| globals.map(|global| (global, (*at).into())));
+        let pose = pose.filter(|(global, _)| index.local(*global).is_none());
+        self.gather.iter().flat_map(TargetGather::foreign_nodes).chain(pose)
     }
 
     /// Whether this rank's facets have moved so far since the gathering that other facets may have
@@ -285,6 +302,7 @@ impl<const D: usize> ContactPair<D> {
                 }
                 if !alone {
                     nodes.extend_from_slice(surface.facet_nodes(&surface.facets()[facet as usize]));
+                    nodes.extend(self.contact.target.pose_nodes().iter().flatten());
                 }
             }
             nodes[first..].sort_unstable();

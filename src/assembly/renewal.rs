@@ -144,7 +144,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Creates a common numbering of the foreign nodes of all contacts. Collective.
     fn meet(&mut self) -> Result<Interface<D>> {
         let mut foreign: Vec<(i32, [f64; D])> =
-            self.contacts.iter().flat_map(|contact| contact.pair.foreign()).collect();
+            self.contacts.iter().flat_map(|contact| contact.pair.foreign(&self.bodies.local.index)).collect();
         foreign.sort_unstable_by_key(|(global, _)| *global);
         foreign.dedup_by_key(|(global, _)| *global);
         let (globals, points): (Vec<i32>, Vec<[f64; D]>) = foreign.into_iter().unzip();

@@ -115,6 +115,7 @@ impl<const D: usize> ContactSystem<D> {
         let bodies = Bodies::new(session, local, model, extent, options.inertia)?;
         let mut contacts = contacts(world, &bodies.local, &anchored)?;
         contacts.iter_mut().for_each(|contact| contact.state.round_gaps(known));
+        contacts.iter_mut().for_each(|contact| contact.pair.find_pose(&bodies.free));
         let external = agree(world, loads(&bodies.local, model, &bodies.pattern, bodies.constrained()))?;
         let index = &bodies.local.index;
         let forces = Vector::ghosted(session, index.owned, D, &index.ghosts)?;
@@ -290,6 +291,7 @@ impl<const D: usize> ContactSystem<D> {
         stage.start_forces.copy_from(&self.forces)?;
         self.bodies.rest_massless(&mut stage.start_forces);
         self.bodies.calm_massless(stage)?;
+        self.bodies.accept_rigid(stage);
         stage.accept();
         Ok(())
     }

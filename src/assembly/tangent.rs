@@ -1,5 +1,7 @@
 //! The matrix of (3.5), (3.6) or (3.7): the requested terms of the derivative of the residual.
 
+use std::rc::Rc;
+
 use super::contact::LocalContact;
 use super::external::External;
 use super::forces::SolidFields;
@@ -57,9 +59,13 @@ impl<const D: usize> ContactSystem<D> {
         let phases = &self.phases;
         let interface = self.interface.as_mut();
         let world = self.bodies.session.world();
-        let symmetric = symmetric(contacts, external, friction, terms)
+        let symmetric = (self.bodies.free.is_empty() || !terms.contains(Terms::ZONE_CHANGE))
+            && symmetric(contacts, external, friction, terms)
             && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
+        let free = &self.bodies.free;
+        let pattern = Rc::clone(self.matrix.pattern());
+        let pattern = &*pattern;
         let (matrix, joined) = match target {
             MatrixTarget::Own => (&mut self.matrix, false),
             MatrixTarget::Other(matrix) => (matrix, false),
@@ -71,6 +77,11 @@ impl<const D: usize> ContactSystem<D> {
                 Some(mass) => mass.write_to(weight * shifts.acceleration, values),
                 None => values.zero(),
             }
+            let rigid = match joined {
+                // The matrix of joined bodies stays symmetric.
+                true => Ok(()),
+                false => free.add_stiffness(stage, terms, load_factor, pattern, values),
+            };
             let damped = damping.map_or(Ok(()), |damping| damping.add_to::<D>(shifts.velocity, values));
             if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
                 // The mass alone is singular at nodes without mass.
@@ -124,7 +135,7 @@ impl<const D: usize> ContactSystem<D> {
                     interface.add_stiffness((world, &fields), (values, symmetry), lift, evaluate, bodies);
                 }
             }
-            damped.map(|()| inverted)
+            rigid.and(damped).map(|()| inverted)
         })??;
         self.fault = inverted.err();
         matrix.set_symmetry(symmetry)?;

@@ -3,11 +3,12 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::free_bodies::FreeState;
 use super::system::ContactSystem;
-use crate::contact::rigid::{BodyFrame, MotionInstant, MotionStep};
+use crate::contact::rigid::{MotionInstant, MotionStep};
 use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
-use crate::model::RigidModel;
+use crate::model::{RigidDrive, RigidModel};
 use crate::petsc;
 use crate::tensor::Vector;
 
@@ -33,6 +34,8 @@ pub struct ToolState {
     /// Motion over the step whose product with force and torque is the work: displacement of the
     /// reference point \[m\], then rotation vector \[rad\].
     pub moved: [f64; 6],
+    /// Whether forces move the body, so that its work is not external work.
+    pub free: bool,
 }
 
 impl ToolState {
@@ -65,7 +68,8 @@ impl<const D: usize> ContactSystem<D> {
             return;
         }
         let step = self.motion_step(stage);
-        let placed = self.contacts.iter_mut().try_for_each(|contact| contact.place(&step));
+        let free = self.bodies.free.frames(&self.bodies.session, stage);
+        let placed = self.contacts.iter_mut().try_for_each(|contact| contact.place(&step, &free));
         self.trouble = self.trouble.take().or_else(|| placed.err());
     }
 
@@ -115,25 +119,58 @@ impl<const D: usize> ContactSystem<D> {
         }
         let mut loads = vec![0.0; own.len()];
         self.bodies.session.world().all_reduce_into(&own[..], &mut loads[..], SystemOperation::sum());
+        let free = self.bodies.free.states(&self.bodies.session, stage);
         let state = |(tool, load): (&RigidModel<D>, &[f64])| {
-            let frame = BodyFrame::new(&tool.motion, &step)?;
-            let state = frame.state_at_end();
-            let (shift, turn) = frame.moved();
-            let space = |vector: &Vector<D>| std::array::from_fn(|i| if i < D { vector[i] } else { 0.0 });
-            let along = |size: f64| tool.motion.axis.map(|axis| axis * size);
+            let load = |k: usize| std::array::from_fn(|i| load[k + i]);
+            let motion = match &tool.drive {
+                RigidDrive::Prescribed(motion) => motion,
+                RigidDrive::Free(index, _) => {
+                    return Ok(free_tool(&tool.name, &free[*index], load(0), load(3)));
+                }
+            };
+            let [_, state] = motion.states(&step)?;
+            let (shift, turn) = motion.frame(&step)?.moved();
+            let along = |size: f64| motion.axis.map(|axis| axis * size);
             let shift: [f64; 3] = space(&shift);
             let turn = along(turn);
             Ok(ToolState {
                 name: tool.name.clone(),
-                position: space(&(tool.motion.centre + state.translation)),
+                position: space(&(motion.centre + state.translation)),
                 rotation: along(state.angle),
                 velocity: space(&state.velocity),
                 spin: along(state.rate),
-                force: std::array::from_fn(|i| load[i]),
-                torque: std::array::from_fn(|i| load[3 + i]),
+                force: load(0),
+                torque: load(3),
                 moved: std::array::from_fn(|i| if i < 3 { shift[i] } else { turn[i - 3] }),
+                free: false,
             })
         };
         self.tools.iter().zip(loads.chunks_exact(6)).map(state).collect()
+    }
+}
+
+/// A vector in space; missing components are 0.
+fn space<const D: usize>(vector: &Vector<D>) -> [f64; 3] {
+    std::array::from_fn(|i| if i < D { vector[i] } else { 0.0 })
+}
+
+/// State of a free rigid body under this contact force \[N\] and torque \[N m\].
+fn free_tool<const D: usize>(
+    name: &str,
+    state: &FreeState<D>,
+    force: [f64; 3],
+    torque: [f64; 3],
+) -> ToolState {
+    let (shift, turn) = (space(&state.moved.0), state.moved.1);
+    ToolState {
+        name: name.to_owned(),
+        position: space(&state.position),
+        rotation: state.rotation,
+        velocity: space(&state.velocity),
+        spin: state.spin,
+        force,
+        torque,
+        moved: std::array::from_fn(|i| if i < 3 { shift[i] } else { turn[i - 3] }),
+        free: true,
     }
 }

@@ -40,7 +40,7 @@ pub use guard::Guard;
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
-pub use rigid::{PrescribedMotion, Rigid, Rotation};
+pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation};
 pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
@@ -252,10 +252,11 @@ impl Case {
         self.contact.values().all(is_plane)
     }
 
-    /// Whether contact without friction makes the matrix non-symmetric: between bodies and over round obstacles. A linear solver that
+    /// Whether contact without friction makes the matrix non-symmetric: between bodies, over round obstacles and with free rigid bodies. A linear solver that
     /// needs symmetry gets the symmetric part, for more iterations of Newton's method.
     pub fn has_unsymmetric_contact(&self) -> bool {
-        !self.solver.linear.needs_symmetry() && !self.meets_planes_only()
+        let free = self.rigid.values().any(|body| body.free.is_some());
+        !self.solver.linear.needs_symmetry() && (free || !self.meets_planes_only())
     }
 
     /// The shape of the rigid body with this name.

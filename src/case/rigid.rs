@@ -1,4 +1,4 @@
-//! `rigid`: rigid bodies with prescribed motion.
+//! `rigid`: rigid bodies whose motion is prescribed or follows from forces.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::boundary::Components;
 use crate::contact::obstacle::Obstacle;
 use crate::reader::at::At;
+use crate::reader::function::VaryingAcceleration;
 use crate::reader::function::{Varying, VaryingNumber};
-use crate::reader::quantity::{Length, Number};
+use crate::reader::quantity::{Density, Length, Number, Quantity, Rate, Velocity};
 
 /// A rigid body that others touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -15,15 +16,94 @@ use crate::reader::quantity::{Length, Number};
 pub struct Rigid {
     /// Shape and position in the reference configuration.
     pub shape: Obstacle,
-    /// Prescribed motion; at rest if absent.
+    /// Prescribed motion; at rest if absent. If `free` is given, only the given directions are
+    /// prescribed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<At<PrescribedMotion>>,
+    /// Mass and loads of a body that moves freely in all directions that `motion` and `fixed` leave
+    /// open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub free: Option<At<FreeMotion>>,
+}
+
+/// Mass, loads and initial velocity of a rigid body that moves freely.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FreeMotion {
+    /// Mass [kg, per metre of depth in 2D], > 0. Statics needs no mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Quantity<1, 0, 0>>,
+    /// Moments of inertia about the centre of mass [kg m2, per metre of depth in 2D], > 0: one in
+    /// 2D; in 3D about the axes x, y, z, which are principal axes in the reference configuration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<At<Vec<Quantity<1, 2, 0>>>>,
+    /// Density of a sphere or disc \[kg/m3\], in place of `mass` and `inertia`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<Density>,
+    /// Centre of mass in the reference configuration \[m\]; the centre of the shape if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center: Option<At<Vec<Length>>>,
+    /// Directions in which the body does not move: x, y, z, and rx, ry, rz for rotations (2D: rz).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fixed: Vec<At<Degree>>,
+    /// Force at the centre of mass [N, per metre of depth in 2D].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<At<Components<1, 1, -2>>>,
+    /// Torque [N m, per metre of depth in 2D]; z only in 2D. Its direction is fixed in space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque: Option<At<Components<1, 2, -2>>>,
+    /// Acceleration of gravity \[m/s2\], one entry per direction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<At<Vec<VaryingAcceleration>>>,
+    /// Initial velocity of the centre of mass \[m/s\], one entry per direction; zero if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial_velocity: Option<At<Vec<Velocity>>>,
+    /// Initial angular velocity \[1/s\]: one entry in 2D, three in 3D; zero if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial_spin: Option<At<Vec<Rate>>>,
+}
+
+/// A degree of freedom of a rigid body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Degree {
+    /// Displacement along x.
+    X,
+    /// Displacement along y.
+    Y,
+    /// Displacement along z.
+    Z,
+    /// Rotation about the axis of the body that is initially x.
+    Rx,
+    /// Rotation about the axis of the body that is initially y.
+    Ry,
+    /// Rotation about the axis of the body that is initially z.
+    Rz,
+}
+
+impl Degree {
+    /// Direction of a displacement; `None` for a rotation.
+    pub fn direction(self) -> Option<usize> {
+        [Self::X, Self::Y, Self::Z].iter().position(|&degree| degree == self)
+    }
+
+    /// Axis of a rotation; `None` for a displacement.
+    pub fn axis(self) -> Option<usize> {
+        [Self::Rx, Self::Ry, Self::Rz].iter().position(|&degree| degree == self)
+    }
+}
+
+impl FreeMotion {
+    /// Whether a degree of freedom is fixed.
+    pub fn fixes(&self, wanted: impl Fn(Degree) -> bool) -> bool {
+        self.fixed.iter().any(|degree| wanted(degree.value))
+    }
 }
 
 impl Rigid {
     /// Whether the body rotates.
     pub fn rotates(&self) -> bool {
-        self.motion.as_ref().is_some_and(|motion| motion.rotation.is_some())
+        self.free.is_some() || self.motion.as_ref().is_some_and(|motion| motion.rotation.is_some())
     }
 }
 

@@ -104,21 +104,33 @@ impl<const D: usize> TargetSurface<D> {
     }
 }
 
+/// What determines the position of a rigid target that moves.
+#[derive(Debug, Clone)]
+pub enum TargetMotion<const D: usize> {
+    /// Prescribed motion.
+    Prescribed(Rc<BodyMotion<D>>),
+    /// The unknowns of the free rigid body with this index.
+    Free(usize),
+}
+
 /// A rigid target: its shape and, if it moves, its motion.
 #[derive(Debug, Clone)]
 pub struct RigidTarget<const D: usize> {
     /// The shape in the reference configuration, which is its body frame.
     pub shape: Rc<dyn Shape<D>>,
-    /// The prescribed motion; `None` for a target at rest.
-    pub motion: Option<Rc<BodyMotion<D>>>,
+    /// Its motion; `None` for a target at rest.
+    pub motion: Option<TargetMotion<D>>,
     /// The frame of the last placed step; `None` for a target at rest.
     frame: Option<Box<BodyFrame<D>>>,
+    /// Nodes of a free body, indices into the field arrays: displacement, then rotation. `None`
+    /// for other bodies.
+    pose_nodes: Option<[u32; 2]>,
 }
 
 impl<const D: usize> RigidTarget<D> {
     /// A target with this motion. It is not placed yet.
-    pub fn moving(shape: Rc<dyn Shape<D>>, motion: Option<Rc<BodyMotion<D>>>) -> Self {
-        Self { shape, motion, frame: None }
+    pub fn moving(shape: Rc<dyn Shape<D>>, motion: Option<TargetMotion<D>>) -> Self {
+        Self { shape, motion, frame: None, pose_nodes: None }
     }
 }
 
@@ -155,15 +167,41 @@ impl<const D: usize> ContactTarget<D> {
         }
     }
 
-    /// Places a moving rigid target for the evaluations of a step. Others stay as they are.
+    /// Places a moving rigid target for the evaluations of a step. `free` are the frames of the
+    /// free rigid bodies. Other targets stay as they are.
     ///
     /// # Errors
     /// A value of the motion is not finite, at its position in the case.
-    pub fn place(&mut self, step: &MotionStep) -> Result<()> {
-        if let Self::Obstacle(RigidTarget { motion: Some(motion), frame, .. }) = self {
-            *frame = Some(Box::new(BodyFrame::new(motion, step)?));
-        }
+    pub fn place(&mut self, step: &MotionStep, free: &[BodyFrame<D>]) -> Result<()> {
+        let Self::Obstacle(RigidTarget { motion: Some(motion), frame, .. }) = self else { return Ok(()) };
+        *frame = match motion {
+            TargetMotion::Prescribed(motion) => Some(Box::new(motion.frame(step)?)),
+            TargetMotion::Free(index) => free.get(*index).cloned().map(Box::new),
+        };
         Ok(())
+    }
+
+    /// Index of the free rigid body that is the target, if it is one.
+    pub fn free_body(&self) -> Option<usize> {
+        match self {
+            Self::Obstacle(RigidTarget { motion: Some(TargetMotion::Free(index)), .. }) => Some(*index),
+            _ => None,
+        }
+    }
+
+    /// Nodes of a free rigid target as indices into the field arrays: displacement, then rotation.
+    pub fn pose_nodes(&self) -> Option<[u32; 2]> {
+        match self {
+            Self::Obstacle(target) => target.pose_nodes,
+            Self::Body(_) => None,
+        }
+    }
+
+    /// Sets the nodes of a free rigid target.
+    pub fn set_pose_nodes(&mut self, nodes: [u32; 2]) {
+        if let Self::Obstacle(target) = self {
+            target.pose_nodes = Some(nodes);
+        }
     }
 
     /// The frame in which a moving rigid target is at rest; `None` for other targets.

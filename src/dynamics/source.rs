@@ -74,6 +74,7 @@ pub trait Resumption: Equations {
             u: stage.trial.u.owned().to_vec(),
             v: stage.trial.v.owned().to_vec(),
             u_start: stage.start.u.owned().to_vec(),
+            orientations: Vec::new(),
             contacts: Vec::new(),
             search: None,
         })
@@ -139,6 +140,8 @@ pub struct MatrixSource {
     pub v: Vec<f64>,
     /// Displacements of the owned unknowns at the start of the step \[m\].
     pub u_start: Vec<f64>,
+    /// Rotations of the free rigid bodies at the start of the step, as quaternions.
+    pub orientations: Vec<[f64; 4]>,
     /// The contacts.
     pub contacts: Vec<ContactSource>,
     /// The search that found the facets of the contacts. It is `None` without contact.

@@ -5,12 +5,12 @@ use std::rc::Rc;
 
 use super::body_sets::bodies_of;
 use super::{
-    Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, RayleighFactors, RigidModel, Support,
-    Target, lengths,
+    Body, ContactModel, FreeBodyModel, Load, LoadKind, MassChoice, Model, ProbeModel, RayleighFactors,
+    RigidDrive, RigidModel, Support, Target, lengths,
 };
 use crate::case::{self, Action, Case, Function, PlacedFunction, SetNames};
-use crate::contact::rigid::BodyMotion;
-use crate::contact::target::RigidTarget;
+use crate::contact::rigid::{BodyMotion, MassProperties};
+use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::tensor::Vector;
@@ -23,8 +23,7 @@ impl<const D: usize> Model<D> {
     pub fn new(case: &Case) -> Result<Self> {
         let bodies: Vec<Body> =
             case.bodies.iter().map(|(name, b)| body(case, name, b)).collect::<Result<_>>()?;
-        let rigid: Vec<RigidModel<D>> =
-            case.rigid.iter().map(|(name, body)| rigid(case, name, body)).collect();
+        let rigid: Vec<RigidModel<D>> = rigid(case);
         let contacts =
             case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, &rigid, name, contact));
         let contacts = contacts.collect();
@@ -84,7 +83,11 @@ impl<const D: usize> Model<D> {
         let target = match case.shape(&contact.target) {
             Some(shape) => {
                 let body = rigid.iter().find(|body| body.name == contact.target.value);
-                Target::Obstacle(RigidTarget::moving(shape.shape(), body.map(|body| body.motion.clone())))
+                let motion = body.map(|body| match &body.drive {
+                    RigidDrive::Prescribed(motion) => TargetMotion::Prescribed(motion.clone()),
+                    RigidDrive::Free(index, _) => TargetMotion::Free(*index),
+                });
+                Target::Obstacle(RigidTarget::moving(shape.shape(), motion))
             }
             None => Target::Surface {
                 set: contact.target.value.clone(),
@@ -116,7 +119,7 @@ impl<const D: usize> Model<D> {
 }
 
 /// The motion of a rigid body. A body that nothing moves has one that is zero.
-fn rigid<const D: usize>(case: &Case, name: &str, body: &case::Rigid) -> RigidModel<D> {
+fn prescribed<const D: usize>(case: &Case, body: &case::Rigid) -> BodyMotion<D> {
     let zero = || PlacedFunction::from(Function::constant(0.0));
     let motion = body.motion.as_ref();
     let translation = motion.and_then(|motion| motion.translation.as_ref());
@@ -124,20 +127,97 @@ fn rigid<const D: usize>(case: &Case, name: &str, body: &case::Rigid) -> RigidMo
     let rotation = motion.and_then(|motion| motion.rotation.as_ref());
     let about = rotation.and_then(|rotation| rotation.about.as_ref());
     let centre = about.map_or_else(|| body.shape.centre(), |about| lengths(about).into());
-    let axis: [f64; 3] = match rotation.and_then(|rotation| rotation.axis.as_ref()) {
+    BodyMotion {
+        centre,
+        axis: axis_of(rotation),
+        translation: std::array::from_fn(|i| translation[i].map_or_else(zero, |f| case.function(f))),
+        angle: rotation.map_or_else(zero, |rotation| case.function(&rotation.angle)),
+    }
+}
+
+/// Unit axis of a rotation; z without one.
+fn axis_of(rotation: Option<&case::At<case::Rotation>>) -> [f64; 3] {
+    match rotation.and_then(|rotation| rotation.axis.as_ref()) {
         Some(axis) => {
             let axis = Vector::<3>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.value));
             axis.normalize().into()
         }
         None => [0.0, 0.0, 1.0],
+    }
+}
+
+/// The bodies of `rigid`, with the free ones numbered.
+fn rigid<const D: usize>(case: &Case) -> Vec<RigidModel<D>> {
+    let mut count = 0;
+    let mut all = Vec::with_capacity(case.rigid.len());
+    for (name, body) in case.rigid.iter() {
+        let drive = match &body.free {
+            None => RigidDrive::Prescribed(Rc::new(prescribed(case, body))),
+            Some(free) => {
+                count += 1;
+                RigidDrive::Free(count - 1, Rc::new(free_body(case, body, free)))
+            }
+        };
+        all.push(RigidModel { name: name.value.clone(), drive });
+    }
+    all
+}
+
+/// A rigid body that forces move.
+fn free_body<const D: usize>(case: &Case, body: &case::Rigid, free: &case::FreeMotion) -> FreeBodyModel<D> {
+    let numbers = |list: Option<Vec<f64>>| -> Vec<f64> { list.unwrap_or_default() };
+    let zero = || PlacedFunction::from(Function::constant(0.0));
+    let fixed = |direction: usize| free.fixes(|degree| degree.direction() == Some(direction));
+    let motion = body.motion.as_ref();
+    let along = motion.map_or([None; 3], |motion| motion.components());
+    let rotation = motion.and_then(|motion| motion.rotation.as_ref());
+    let translation = std::array::from_fn(|i| {
+        along[i].map(|function| case.function(function)).or_else(|| fixed(i).then(zero))
+    });
+    let force = free.force.as_ref().map_or([None; 3], |force| force.as_array());
+    let torque = free.torque.as_ref().map_or([None; 3], |torque| torque.as_array());
+    let velocity = numbers(free.initial_velocity.as_ref().map(|all| all.iter().map(|v| v.value).collect()));
+    let spin = numbers(free.initial_spin.as_ref().map(|all| all.iter().map(|rate| rate.value).collect()));
+    let mut initial_spin = [0.0; 3];
+    // In 2D the only entry is that about z.
+    for (k, value) in spin.iter().enumerate() {
+        initial_spin[if D == 2 { 2 } else { k }] = *value;
+    }
+    FreeBodyModel {
+        centre: free.center.as_ref().map_or_else(|| body.shape.centre(), |center| lengths(center).into()),
+        mass: mass_of::<D>(body, free),
+        translation,
+        fixed_rotations: std::array::from_fn(|i| {
+            free.fixes(|degree| degree.axis() == Some(i)) || (D == 2 && i < 2)
+        }),
+        rotation: rotation.map(|rotation| (axis_of(Some(rotation)), case.function(&rotation.angle))),
+        force: std::array::from_fn(|i| force[i].map(|function| case.function(function))),
+        torque: torque.map(|component| component.map(|function| case.function(function))),
+        gravity: free.gravity.iter().flat_map(|gravity| gravity.iter()).map(|g| case.function(g)).collect(),
+        initial_velocity: Vector::from_fn(|i, _| velocity.get(i).copied().unwrap_or(0.0)),
+        initial_spin,
+    }
+}
+
+/// Mass and inertia of a free body: given, or those of a ball or disc of this density.
+fn mass_of<const D: usize>(body: &case::Rigid, free: &case::FreeMotion) -> Option<MassProperties> {
+    if let (Some(density), Some(radius)) = (free.density, body.shape.radius_of_solid()) {
+        let volume = match D {
+            2 => std::f64::consts::PI * radius.powi(2),
+            _ => 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3),
+        };
+        let mass = density.value * volume;
+        let share = if D == 2 { 0.5 } else { 0.4 };
+        return Some(MassProperties { mass, inertia: [share * mass * radius.powi(2); 3] });
+    }
+    let given: Vec<f64> =
+        free.inertia.iter().flat_map(|list| list.iter()).map(|moment| moment.value).collect();
+    let inertia = match given[..] {
+        [about_z] => [0.0, 0.0, about_z],
+        [x, y, z] => [x, y, z],
+        _ => [0.0; 3],
     };
-    let motion = BodyMotion {
-        centre,
-        axis,
-        translation: std::array::from_fn(|i| translation[i].map_or_else(zero, |f| case.function(f))),
-        angle: rotation.map_or_else(zero, |rotation| case.function(&rotation.angle)),
-    };
-    RigidModel { name: name.to_owned(), motion: Rc::new(motion) }
+    free.mass.map(|mass| MassProperties { mass: mass.value, inertia })
 }
 
 fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {

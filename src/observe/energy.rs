@@ -411,7 +411,8 @@ impl EnergyLedger {
         let last = self.last.take();
         let rigid = self.tools.iter().zip(rigid_before).map(|(tool, before)| {
             let exerted = tool.exerted();
-            [std::array::from_fn(|i| exerted[i] - before.exerted[i]), tool.moved]
+            let moved = if tool.free { [0.0; 6] } else { tool.moved };
+            [std::array::from_fn(|i| exerted[i] - before.exerted[i]), moved]
         });
         let rigid = rigid.collect();
         let mut step = LoadStep { drive, motion, rigid, dt: stage.dt, area: 0.0, first: last.is_none() };
@@ -488,7 +489,10 @@ impl EnergyLedger {
             };
             let work: f64 = (0..6).map(|i| mean(i) * tool.moved[i]).sum();
             *rigid = RigidWork { exerted: now, work: rigid.work + work };
-            total += work;
+            // The energy that a free body gives is its own.
+            if !tool.free {
+                total += work;
+            }
         }
         Ok(total)
     }
@@ -504,9 +508,15 @@ impl EnergyLedger {
         }
         let u = stage.trial.u.owned();
         let v = stage.trial.v.owned();
-        let p = self.momenta.owned();
+        let mut p = self.momenta.owned_mut();
         let kinetic = 0.5 * v.iter().zip(p.iter()).map(|(v, p)| v * p).sum::<f64>();
         let mut momentum = Momentum::default();
+        let mut spins = Vec::new();
+        system.bodies().spins(stage, &p, |node, angular| spins.push((node, angular)));
+        for (node, angular) in spins {
+            p[node * D..][..D].fill(0.0);
+            momentum.angular.iter_mut().zip(angular).for_each(|(sum, part)| *sum += part);
+        }
         let points = &system.bodies().local().mesh.points;
         for ((place, u), p) in points.iter().zip(u.chunks_exact(D)).zip(p.chunks_exact(D)) {
             let at = |i: usize| if i < D { place[i] + u[i] } else { 0.0 };

@@ -58,7 +58,8 @@ impl<const D: usize> Cut<D> {
         let quality = Quality::new(&graph, &plan.weights, &part, parts);
         drop(graph);
         let touching = Lists::collect(mesh.points.len(), node_element_pairs(&mesh));
-        if let Some(lonely) = (0..touching.count()).find(|&node| touching.get(node as u32).is_empty()) {
+        let attached = touching.count() - plan.loose_nodes;
+        if let Some(lonely) = (0..attached).find(|&node| touching.get(node as u32).is_empty()) {
             let message = format!("node {lonely} at {:?} belongs to no element", mesh.points[lonely]);
             return Err(Error::file(message).hint("remove it from the mesh"));
         }

@@ -40,6 +40,8 @@ pub struct Plan {
     pub weights: Weights,
     /// Order of the nodes of one rank.
     pub ordering: Ordering,
+    /// Number of nodes at the end of the mesh that belong to no element. Rank 0 owns them.
+    pub loose_nodes: usize,
 }
 
 impl Plan {

@@ -148,8 +148,11 @@ struct Share<const D: usize> {
 fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D>) -> Result<Share<D>> {
     let world = session.world();
     let read = if session.rank() == 0 { read_meshes(case).map(Some) } else { Ok(None) };
-    let (mesh, remarks) = agree(world, read)?.unzip();
-    let plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
+    let (mut mesh, remarks) = agree(world, read)?.unzip();
+    let mut plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
+    if let Some(mesh) = &mut mesh {
+        plan.loose_nodes = model.add_pose_nodes(mesh);
+    }
     let (local, partition) = distribute(world, mesh, &plan)?;
     Ok(Share { local, partition, remarks: remarks.unwrap_or_default() })
 }

@@ -23,6 +23,12 @@ impl Numbering<'_> {
         (node as usize) < self.index.owned
     }
 
+    /// Number of the node with this global number, which is among the nodes.
+    pub fn node(&self, global: i32) -> u32 {
+        let foreign = || self.index.local_count() + self.foreign.partition_point(|&other| other < global);
+        self.index.local(global).unwrap_or_else(|| foreign() as u32)
+    }
+
     /// Global number of a node.
     pub fn global(&self, node: u32) -> i32 {
         match (node as usize).checked_sub(self.index.local_count()) {

@@ -1,6 +1,6 @@
 //! Checks of `rigid`.
 
-use super::super::{Rigid, Rotation};
+use super::super::{Degree, FreeMotion, Rigid, Rotation};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::function::Varying;
@@ -8,6 +8,7 @@ use crate::reader::function::Varying;
 impl Check<'_> {
     pub(super) fn rigid(&mut self, name: &At<String>, body: &Rigid) {
         self.obstacle(&body.shape);
+        body.free.iter().for_each(|free| self.free(name, body, free));
         let Some(motion) = &body.motion else { return };
         if motion.translation.is_none() && motion.rotation.is_none() {
             self.found.say(motion.place, format!("the motion of '{}' is empty", name.value));
@@ -23,6 +24,128 @@ impl Check<'_> {
         }
         components.into_iter().flatten().for_each(|component| self.of_time(component));
         motion.rotation.iter().for_each(|rotation| self.rotation(rotation));
+    }
+
+    /// A free rigid body has mass where it needs it, and something that is free.
+    fn free(&mut self, name: &At<String>, body: &Rigid, free: &At<FreeMotion>) {
+        let name = &name.value;
+        self.mass_of(name, body, free);
+        self.degrees_of(name, body, free);
+        free.center.iter().for_each(|center| self.size("the centre of mass", center));
+        if let Some(about) = rotation_of(body).and_then(|rotation| rotation.about.as_ref()) {
+            self.found
+                .say(about.place, format!("the free rigid body '{name}' rotates about its centre of mass"));
+            self.found
+                .cure("remove `about`, and give `center` in `free` if it is not the centre of the shape");
+        }
+        free.gravity.iter().for_each(|gravity| self.size("gravity", gravity));
+        free.initial_velocity.iter().for_each(|velocity| self.size("the initial velocity", velocity));
+        if let (Some(dimension), Some(spin)) = (self.dimension, &free.initial_spin) {
+            self.found.entries("the initial spin", spin, if dimension == 2 { 1 } else { 3 });
+        }
+        let forces = free.force.as_ref().map_or([None; 3], |force| force.as_array());
+        let torques = free.torque.as_ref().map_or([None; 3], |torque| torque.as_array());
+        forces.into_iter().flatten().for_each(|force| self.of_time(force));
+        torques.into_iter().flatten().for_each(|torque| self.of_time(torque));
+        free.gravity.iter().flat_map(|gravity| gravity.iter()).for_each(|entry| self.of_time(entry));
+        if self.dimension == Some(2) {
+            if let Some(z) = forces[2] {
+                self.found.say(z.place, "a 2D case has no z");
+            }
+            if let Some(torque) = torques[0].or(torques[1]) {
+                self.found.say(torque.place, "a torque in 2D is about z");
+                self.found.cure("write torque: { z: ... }");
+            }
+        }
+        if self.case.time.scheme.value.conserves() {
+            self.found.say(
+                free.place,
+                format!("the conserving scheme has no free rigid bodies, but '{name}' is free"),
+            );
+            self.found.cure("use the scheme midpoint or generalized_alpha, or prescribe the motion");
+        }
+    }
+
+    fn mass_of(&mut self, name: &str, body: &Rigid, free: &At<FreeMotion>) {
+        let is_static = self.case.time.scheme.value.is_static();
+        if let Some(density) = &free.density {
+            self.found.positive("the density", *density);
+            if let Some(place) = free
+                .mass
+                .as_ref()
+                .map(|mass| mass.place)
+                .or(free.inertia.as_ref().map(|inertia| inertia.place))
+            {
+                self.found.say(place, format!("'{name}' has both a density and a mass or inertia"));
+                self.found.cure("give either `density`, or `mass` and `inertia`");
+            }
+            if body.shape.radius_of_solid().is_none() {
+                self.found.say(density.place, format!("the shape of '{name}' has no volume"));
+                self.found.cure("give `mass` and `inertia`; a density needs a sphere or a disc");
+            }
+        }
+        free.mass.iter().for_each(|&mass| self.found.positive("the mass", mass));
+        if let Some(inertia) = &free.inertia {
+            if let Some(dimension) = self.dimension {
+                self.found.entries("the inertia", inertia, if dimension == 2 { 1 } else { 3 });
+            }
+            inertia.iter().for_each(|&moment| self.found.positive("a moment of inertia", moment));
+            let about = |i: usize| inertia.get(i).map_or(0.0, |moment| moment.value);
+            let most = [about(0), about(1), about(2)].into_iter().fold(0.0, f64::max);
+            let fits = inertia.len() != 3 || 2.0 * most <= (about(0) + about(1) + about(2)) * (1.0 + 1e-12);
+            self.found.require(
+                fits,
+                inertia.place,
+                "no body has a moment of inertia above the sum of the other two",
+            );
+        }
+        if is_static || free.density.is_some() {
+            return;
+        }
+        if free.mass.is_none() {
+            self.found.say(free.place, format!("the free rigid body '{name}' has no mass"));
+            self.found.cure("add `mass`, or `density` for a sphere or a disc");
+        }
+        let turns = rotation_of(body).is_none()
+            && (0..3).any(|axis| {
+                (self.dimension == Some(3) || axis == 2) && !free.fixes(|degree| degree.axis() == Some(axis))
+            });
+        if free.inertia.is_none() && turns {
+            self.found.say(free.place, format!("the free rigid body '{name}' has no moment of inertia"));
+            self.found.cure("add `inertia`, or fix its rotations with `fixed`");
+        }
+    }
+
+    fn degrees_of(&mut self, name: &str, body: &Rigid, free: &At<FreeMotion>) {
+        let Some(dimension) = self.dimension else { return };
+        let prescribed = body.motion.as_ref().map_or([None; 3], |motion| motion.components());
+        let rotation = rotation_of(body);
+        for degree in &free.fixed {
+            let (Degree::Z | Degree::Rx | Degree::Ry) = degree.value else { continue };
+            if dimension == 2 {
+                self.found.say(degree.place, "a rigid body in 2D has the directions x, y and rz");
+            }
+        }
+        for degree in &free.fixed {
+            let twice = match (degree.direction(), degree.axis()) {
+                (Some(direction), _) => prescribed[direction].is_some(),
+                (_, Some(_)) => rotation.is_some(),
+                _ => false,
+            };
+            if twice {
+                self.found.say(degree.place, format!("a direction of '{name}' is both fixed and prescribed"));
+                self.found.cure("remove it from `fixed` or from `motion`");
+            }
+        }
+        let moves = (0..dimension)
+            .any(|i| prescribed[i].is_none() && !free.fixes(|degree| degree.direction() == Some(i)));
+        let axes = if dimension == 2 { 2..3 } else { 0..3 };
+        let turns =
+            rotation.is_none() && axes.into_iter().any(|i| !free.fixes(|degree| degree.axis() == Some(i)));
+        if !moves && !turns {
+            self.found.say(free.place, format!("nothing is free in '{name}'"));
+            self.found.cure("remove `free`, or free a direction");
+        }
     }
 
     fn rotation(&mut self, rotation: &At<Rotation>) {
@@ -55,4 +178,9 @@ impl Check<'_> {
         }
         self.finite(varying);
     }
+}
+
+/// The prescribed rotation of a body.
+fn rotation_of(body: &Rigid) -> Option<&At<Rotation>> {
+    body.motion.as_ref().and_then(|motion| motion.rotation.as_ref())
 }

@@ -689,3 +689,7 @@ mod obstacle_tests;
 #[cfg(test)]
 #[path = "moving_tests.rs"]
 mod moving_tests;
+
+#[cfg(test)]
+#[path = "free_tests.rs"]
+mod free_tests;

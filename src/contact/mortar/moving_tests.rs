@@ -9,7 +9,7 @@ use super::*;
 use crate::contact::obstacle::{Shape, sample_shapes};
 use crate::contact::pair_scene::{coulomb, penalty};
 use crate::contact::rigid::{BodyMotion, MotionInstant, MotionStep, TargetLoad};
-use crate::contact::target::RigidTarget;
+use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::mesh::ElementKind;
 use crate::reader::function::Function;
 use crate::taylor::scatter;
@@ -53,10 +53,11 @@ impl<const D: usize> Scene<D> {
     /// The scene over the same shape in motion, placed for a step between these times.
     fn moving(mut self, motion: &BodyMotion<D>, times: [f64; 2], over: Option<f64>) -> Self {
         let ContactTarget::Obstacle(RigidTarget { shape, .. }) = &self.contact.target else { panic!() };
-        let moving = RigidTarget::moving(shape.clone(), Some(Rc::new(motion.clone())));
+        let moving =
+            RigidTarget::moving(shape.clone(), Some(TargetMotion::Prescribed(Rc::new(motion.clone()))));
         self.contact.target = ContactTarget::Obstacle(moving);
         let [start, end] = times.map(instant);
-        self.contact.target.place(&MotionStep { start, end, over }).unwrap();
+        self.contact.target.place(&MotionStep { start, end, over }, &[]).unwrap();
         self
     }
 
@@ -293,15 +294,14 @@ fn the_matrix_over_a_step_on_a_moving_body_is_near_the_derivative() {
 #[test]
 fn seen_velocities_are_rates_of_seen_positions() {
     fn rates<const D: usize>() {
-        let motion = Rc::new(motion::<D>(1.0));
+        let motion = motion::<D>(1.0);
         let place = Vector::<D>::from_fn(|i, _| 0.2 - 0.3 * i as f64);
         let v = Vector::<D>::from_fn(|i, _| 0.5 + 0.2 * i as f64);
         let u = Vector::<D>::from_fn(|i, _| 0.1 * i as f64);
         for (time, factor) in [(0.6, 1.0), (0.6, 0.4), (-0.3, 1.0)] {
             let seen = |h: f64| {
                 let [start, end] = [time - h, time + h].map(|time| MotionInstant { time, factor });
-                let frame =
-                    crate::contact::rigid::BodyFrame::new(&motion, &MotionStep { start, end, over: None });
+                let frame = motion.frame(&MotionStep { start, end, over: None });
                 frame.unwrap().see(&place, &(u - v * h), &(u + v * h), &v)
             };
             let h = 1e-5;

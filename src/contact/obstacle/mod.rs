@@ -43,6 +43,12 @@ macro_rules! obstacles {
                 self.shape::<3>().is_plane()
             }
 
+            /// Radius of a ball or disc \[m\]; `None` for other shapes.
+            pub fn radius_of_solid(&self) -> Option<f64> {
+                let ball = self.shape::<3>().core().filter(|core| core.axis.is_none());
+                ball.map(|core| core.radius)
+            }
+
             /// The point about which it rotates unless the case names another one \[m\].
             pub fn centre<const D: usize>(&self) -> Vector<D> {
                 match self {

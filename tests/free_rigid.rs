@@ -1,0 +1,298 @@
+//! Rigid bodies that forces move: rolling and sliding, the free top, pressing by a force, Hertz's
+//! contact, momentum and energy, ranks, restart.
+
+mod common;
+
+use common::{Folder, Results, Table, run};
+
+/// Largest difference of two columns, relative to the largest value of the first.
+fn apart(one: &[f64], other: &[f64]) -> f64 {
+    assert!(one.len() == other.len() && !one.is_empty());
+    let largest = one.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    assert!(one.iter().chain(other).all(|value| value.is_finite()));
+    one.iter().zip(other).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs())) / largest
+}
+
+/// Slope of a column over time from `from` on, by least squares.
+fn slope(table: &Table, column: &str, from: f64) -> f64 {
+    let rows = table.numbers("time").into_iter().zip(table.numbers(column));
+    let rows: Vec<(f64, f64)> = rows.filter(|(t, _)| *t >= from).collect();
+    let mean = |value: &dyn Fn(&(f64, f64)) -> f64| rows.iter().map(value).sum::<f64>() / rows.len() as f64;
+    let (t, y) = (mean(&|row| row.0), mean(&|row| row.1));
+    mean(&|row| (row.0 - t) * (row.1 - y)) / mean(&|row| (row.0 - t).powi(2))
+}
+
+/// A disc of radius 0.1 m on an incline with gravity 2 m/s2 along and 9 m/s2 against it.
+fn incline(friction: f64) -> String {
+    format!(
+        "dimension: 2
+bodies:
+  ramp:
+    mesh: {{ box: {{ min: [0, -0.04], max: [0.8, 0], cells: [160, 2] }} }}
+    material: {{ saint_venant_kirchhoff: {{ young_modulus: 1.0e+7, poisson_ratio: 0.3 }} }}
+    density: 1000
+rigid:
+  disc:
+    shape: {{ sphere: {{ center: [0.2, 0.1], radius: 0.1 }} }}
+    free:
+      density: 1000
+      gravity: ['2 * min(1, t / 0.02)', '-9 * min(1, t / 0.02)']
+contact:
+  roll:
+    contactor: ramp.top
+    target: disc
+    friction: {{ coulomb: {{ coefficient: {friction}, regularization: {{ stick_stiffness: 1.0e+9 }} }} }}
+boundary: {{ clamp: {{ on: ramp.bottom, displacement: {{ x: 0, y: 0 }} }} }}
+time: {{ end: 0.4, step: 0.002, scheme: {{ generalized_alpha: {{ spectral_radius: 0.5 }} }} }}
+output: {{ fields: {{ every: 100000 }} }}
+"
+    )
+}
+
+/// A disc that sticks rolls with two thirds of the acceleration of a point mass. Beyond the limit of
+/// friction, `mu = tan(slope) / 3`, it slides with Coulomb's friction, which also turns it.
+#[test]
+fn a_disc_rolls_or_slides_down_an_incline() {
+    let [rolls, slides] = [0.5, 0.05].map(|friction| Results::of(&incline(friction), 1).table("rigid.csv"));
+    let a = slope(&rolls, "velocity_x", 0.1);
+    assert!((a / (2.0 / 3.0 * 2.0) - 1.0).abs() < 0.02, "rolls with {a}");
+    let turn = slope(&rolls, "spin_z", 0.1);
+    assert!((turn / (-2.0 / 3.0 * 2.0 / 0.1) - 1.0).abs() < 0.02, "rolls with {turn}");
+    let a = slope(&slides, "velocity_x", 0.1);
+    assert!((a / (2.0 - 0.05 * 9.0) - 1.0).abs() < 0.02, "slides with {a}");
+    let turn = slope(&slides, "spin_z", 0.1);
+    assert!((turn / (-2.0 * 0.05 * 9.0 / 0.1) - 1.0).abs() < 0.02, "turns with {turn}");
+}
+
+/// A free symmetric top beside a block at rest.
+fn top(step: f64, scheme: &str) -> String {
+    format!(
+        "dimension: 3
+bodies:
+  block:
+    mesh: {{ box: {{ min: [0, 0, 0], max: [1, 1, 1], cells: [1, 1, 1] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5.0e+6, poisson_ratio: 0.3 }} }}
+    density: 1000
+rigid:
+  top:
+    shape: {{ sphere: {{ center: [3, 0, 0], radius: 0.5 }} }}
+    free:
+      mass: 2
+      inertia: [1, 1, 1.5]
+      initial_velocity: [0.5, -0.25, 0]
+      initial_spin: [2, 0, 3]
+boundary: {{ clamp: {{ on: block, displacement: {{ x: 0, y: 0, z: 0 }} }} }}
+time: {{ end: 2, step: {step}, scheme: {scheme} }}
+output: {{ fields: {{ every: 100000 }} }}
+"
+    )
+}
+
+/// The angular velocity of a symmetric top precesses about the angular momentum at the rate `|L| /
+/// J_1`. Angular velocity, energy and angular momentum converge with order two, and the linear momentum is
+/// exact.
+#[test]
+fn a_free_top_precesses() {
+    let momentum = nalgebra::Vector3::new(2.0, 0.0, 4.5);
+    let axis = nalgebra::Unit::new_normalize(momentum);
+    let turn = nalgebra::Rotation3::from_axis_angle(&axis, 2.0 * momentum.norm());
+    let exact = turn * nalgebra::Vector3::new(2.0, 0.0, 3.0);
+    for scheme in ["{ newmark: { beta: 0.25, gamma: 0.5 } }", "midpoint"] {
+        let errors = [0.02, 0.01].map(|step| {
+            let results = Results::of(&top(step, scheme), 1);
+            let [rigid, momenta, energy] =
+                ["rigid.csv", "momentum.csv", "energy.csv"].map(|name| results.table(name));
+            let read = |table: &Table, name: &str| {
+                nalgebra::Vector3::from(["x", "y", "z"].map(|axis| table.last(&format!("{name}_{axis}"))))
+            };
+            let velocity = read(&rigid, "velocity") - nalgebra::Vector3::new(0.5, -0.25, 0.0);
+            assert!(velocity.norm() < 1e-12);
+            assert!((read(&momenta, "linear") - nalgebra::Vector3::new(1.0, -0.5, 0.0)).norm() < 1e-12);
+            // The centre of mass moves on a line through (3, 0, 0), about the origin.
+            let spin = read(&momenta, "angular") - nalgebra::Vector3::new(0.0, 0.0, 3.0 * -0.5);
+            let kinetic = 0.5 * (2.0 * 4.0 + 1.5 * 9.0) - 0.5 * 4.0 + 0.5 * 2.0 * (0.25 + 0.0625);
+            [
+                (read(&rigid, "spin") - exact).norm(),
+                (spin - momentum).norm(),
+                (energy.last("kinetic") - kinetic).abs(),
+            ]
+        });
+        assert!(errors[1][0] < 0.02, "{scheme}: {errors:?}");
+        let orders = [0, 1].map(|k| (errors[0][k] / errors[1][k]).log2());
+        assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.1), "{scheme}: {errors:?} {orders:?}");
+        assert!(errors[1][2] < 1e-3, "{scheme}: {errors:?}");
+    }
+}
+
+/// A disc that is pressed into a block in statics. `drive` is what moves it.
+fn press(drive: &str, solver: &str) -> String {
+    format!(
+        "dimension: 2
+bodies:
+  block:
+    mesh: {{ box: {{ min: [-0.4, 0], max: [0.4, 0.3], cells: [48, 18] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5.0e+6, poisson_ratio: 0.4 }} }}
+rigid:
+  tool:
+    shape: {{ sphere: {{ center: [0, 0.4], radius: 0.1 }} }}
+    {drive}
+contact:
+  press:
+    contactor: block.top
+    target: tool
+    friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_stiffness: 5.0e+10 }} }} }}
+boundary: {{ clamp: {{ on: block.bottom, displacement: {{ x: 0, y: 0 }} }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 10 }} }} }}
+solver: {{ linear: {solver}, newton: {{ tolerance: 1.0e-12, inexact: false }} }}
+output: {{ fields: {{ every: 100000 }} }}
+"
+    )
+}
+
+/// A tool under force and torque carries exactly these, and moves as the tool with the prescribed
+/// motion that has these forces. Its work is that of the applied loads.
+#[test]
+fn force_and_motion_are_two_sides_of_one_equilibrium() {
+    let free = "free: { fixed: [x], force: { y: '-1.0e+5 * t' }, torque: { z: '500 * t' } }";
+    let results = Results::of(&press(free, "direct"), 1);
+    let [forced, energy] = ["rigid.csv", "energy.csv"].map(|name| results.table(name));
+    assert!((forced.last("force_y") / 1e5 - 1.0).abs() < 1e-8);
+    assert!((forced.last("torque_z") / -500.0 - 1.0).abs() < 1e-8);
+    let rows = |name: &str| -> String {
+        let times = forced.numbers("time").into_iter().zip(forced.numbers(name));
+        let offset = if name == "position_y" { 0.4 } else { 0.0 };
+        let rows: Vec<String> = times.map(|(t, value)| format!("[{t}, {:e}]", value - offset)).collect();
+        format!("{{ table: [{}] }}", rows.join(", "))
+    };
+    let motion = format!(
+        "motion: {{ translation: {{ y: {} }}, rotation: {{ angle: {} }} }}",
+        rows("position_y"),
+        rows("rotation_z")
+    );
+    let moved = Results::of(&press(&motion, "direct"), 1).table("rigid.csv");
+    for column in ["force_x", "force_y", "torque_z", "work"] {
+        let apart = apart(&forced.numbers(column), &moved.numbers(column));
+        assert!(apart < 1e-6, "{column}: {apart:e}");
+    }
+    let work = energy.last("external_work");
+    assert!((work / forced.last("work") - 1.0).abs() < 0.01 && work > 1e3, "{work}");
+}
+
+/// Pressing by a force gives the same results with each solver and on 1 to 4 ranks.
+#[test]
+fn solvers_and_ranks_agree_on_a_free_body() {
+    let free = "free: { fixed: [x], force: { y: '-1.0e+5 * t' }, torque: { z: '500 * t' } }";
+    let one = Results::of(&press(free, "direct"), 1).table("rigid.csv");
+    for (solver, ranks) in [
+        ("direct", 2),
+        ("direct", 3),
+        ("direct", 4),
+        ("filtered_amg", 1),
+        ("filtered_amg", 2),
+        ("gmres_asm_ilu", 2),
+        ("two_stage", 1),
+    ] {
+        let other = Results::of(&press(free, solver), ranks).table("rigid.csv");
+        for column in ["force_y", "torque_z", "position_y", "rotation_z"] {
+            let apart = apart(&one.numbers(column), &other.numbers(column));
+            assert!(apart < 1e-8, "{solver} on {ranks}, {column}: {apart:e}");
+        }
+    }
+}
+
+/// A ball with spin falls obliquely on a free block, in 3D.
+fn thrown(scheme: &str) -> String {
+    format!(
+        "dimension: 3
+bodies:
+  block:
+    mesh: {{ box: {{ min: [-0.2, -0.2, -0.1], max: [0.2, 0.2, 0], cells: [6, 6, 2] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e+6, poisson_ratio: 0.3 }} }}
+    density: 1000
+rigid:
+  ball:
+    shape: {{ sphere: {{ center: [0.01, -0.02, 0.1005], radius: 0.1 }} }}
+    free:
+      density: 2000
+      initial_velocity: [0.3, 0.1, -1]
+      initial_spin: [5, 20, -10]
+contact:
+  hit:
+    contactor: block.top
+    target: ball
+    friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_stiffness: 1.0e+8 }} }} }}
+time: {{ end: 0.02, step: 5.0e-4, scheme: {scheme} }}
+solver: {{ newton: {{ tolerance: 1.0e-12, inexact: false }} }}
+output: {{ fields: {{ every: 100000 }} }}
+"
+    )
+}
+
+/// In an impact the total linear momentum is exact, and the angular momentum converges with order
+/// two. The energy is that of a contact that opens and closes between the ends of steps.
+#[test]
+fn an_impact_keeps_the_momentum() {
+    let [coarse, fine] = [5e-4, 2.5e-4].map(|step| {
+        let text = thrown("midpoint").replace("step: 5.0e-4", &format!("step: {step}"));
+        let results = Results::of(&text, 1);
+        let [momentum, energy, rigid] =
+            ["momentum.csv", "energy.csv", "rigid.csv"].map(|name| results.table(name));
+        let change = |column: &str| {
+            let all = momentum.numbers(column);
+            (all[all.len() - 1] - all[0]).abs()
+        };
+        let most = rigid.numbers("force_z").iter().fold(0.0_f64, |most, force| most.max(*force));
+        assert!(most > 100.0 && energy.last("friction_dissipated") > 1e-2, "{most}");
+        for axis in ["x", "y", "z"] {
+            assert!(change(&format!("linear_{axis}")) < 1e-10 * 8.4, "{axis}");
+        }
+        let angular = ["x", "y", "z"].map(|axis| change(&format!("angular_{axis}")));
+        let size = momentum.numbers("angular_y")[0].abs();
+        (
+            energy.last("numerical").abs() / energy.numbers("total")[0],
+            angular.into_iter().fold(0.0, f64::max) / size,
+        )
+    });
+    assert!(fine.0 < 0.01 && fine.1 < 1e-6, "{coarse:?} {fine:?}");
+    assert!((coarse.1 / fine.1).log2() > 1.9, "{coarse:?} {fine:?}");
+}
+
+/// A ball in space moves equally on any number of ranks.
+#[test]
+fn a_ball_does_not_depend_on_the_number_of_ranks() {
+    let text = thrown("{ generalized_alpha: { spectral_radius: 0.8 } }");
+    let one = Results::of(&text, 1).table("rigid.csv");
+    for ranks in [2, 3, 4, 8] {
+        let other = Results::of(&text, ranks).table("rigid.csv");
+        for column in ["position_z", "rotation_y", "spin_x", "force_z", "torque_y"] {
+            let apart = apart(&one.numbers(column), &other.numbers(column));
+            assert!(apart < 1e-7, "{column} on {ranks} ranks: {apart:e}");
+        }
+    }
+}
+
+/// A run that resumes from a checkpoint in the middle of an impact repeats the results of the
+/// uninterrupted run: bit by bit on the same number of ranks, and to rounding on another.
+#[test]
+fn a_free_body_resumes() {
+    let checkpoint = "checkpoint: { every: 7, keep: 10 }";
+    let text = thrown("midpoint").replace("output: {", &format!("output: {{ {checkpoint},"));
+    let text = text.replace("solver: {", "solver: { linear: gmres_asm_ilu,");
+    let folder = Folder::new("free-resume");
+    folder.write("case.yml", &text);
+    run(2, &["case.yml", "-q", "-o", "whole"], &folder).success();
+    let whole = Table::read(&folder.join("whole/rigid.csv"));
+    let start = "--restart=whole/checkpoints/step-000028.ckpt";
+    for ranks in [2, 3] {
+        let branch = format!("branch-{ranks}");
+        run(ranks, &["case.yml", "-q", "-o", &branch, start], &folder).success();
+        let resumed = Table::read(&folder.join(format!("{branch}/rigid.csv")));
+        for column in ["position_z", "rotation_y", "spin_x", "force_z", "work"] {
+            let [all, rest] = [&whole, &resumed].map(|table| table.numbers(column));
+            let all = &all[all.len() - rest.len()..];
+            assert!(rest.len() == 12, "{}", rest.len());
+            let apart = apart(all, &rest);
+            assert!(apart < if ranks == 2 { 1e-300 } else { 1e-8 }, "{column} on {ranks}: {apart:e}");
+        }
+    }
+}
