@@ -6,7 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::free_bodies::FreeState;
 use super::system::ContactSystem;
 use crate::contact::rigid::{MotionInstant, MotionStep};
-use crate::dynamics::{OverStep, Stage};
+use crate::dynamics::{OverStep, RigidInstant, Stage};
 use crate::error::Result;
 use crate::model::{RigidDrive, RigidModel};
 use crate::petsc;
@@ -52,11 +52,11 @@ impl<const D: usize> ContactSystem<D> {
         // Like prescribed displacements, motions are evaluated at the end of a step over which
         // forces act.
         let end = if over.is_some() { stage.start.time + stage.dt } else { stage.trial.time };
-        let factor = self.continuation.load_factor;
-        MotionStep {
-            start: MotionInstant { time: stage.start.time, factor: self.continuation.start_factor },
-            end: MotionInstant { time: end, factor },
-            over,
+        let start = MotionInstant { time: stage.start.time, factor: self.continuation.start_factor };
+        let end = MotionInstant { time: end, factor: self.continuation.load_factor };
+        match stage.rigid_at {
+            RigidInstant::End => MotionStep { start, end, over, ahead: None },
+            RigidInstant::Start => MotionStep { start, end: start, over, ahead: Some(end) },
         }
     }
 
@@ -71,6 +71,11 @@ impl<const D: usize> ContactSystem<D> {
         let free = self.bodies.free.frames(&self.bodies.session, stage);
         let placed = self.contacts.iter_mut().try_for_each(|contact| contact.place(&step, &free));
         self.trouble = self.trouble.take().or_else(|| placed.err());
+    }
+
+    /// Whether there are bodies of `rigid`.
+    pub fn has_tools(&self) -> bool {
+        !self.tools.is_empty()
     }
 
     /// Largest displacement of the surfaces of moving rigid bodies where bodies touch them at the

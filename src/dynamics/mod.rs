@@ -118,6 +118,16 @@ pub enum OverStep {
     End,
 }
 
+/// Instant of a step at which rigid bodies with prescribed motion are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum RigidInstant {
+    /// The trial time.
+    #[default]
+    End,
+    /// The start of the step: their motion enters the first guess like prescribed displacements.
+    Start,
+}
+
 /// A step in progress: its start, its current iterate, and how the rates follow from the
 /// displacement.
 pub struct Stage {
@@ -135,6 +145,8 @@ pub struct Stage {
     pub inertia: bool,
     /// Whether forces conserve energy over the step.
     pub over_step: OverStep,
+    /// Where rigid bodies with prescribed motion are.
+    pub rigid_at: RigidInstant,
     /// `r = Q - F_ext - F_n - F_T` at the start \[N\].
     pub start_forces: Vector,
     /// `v` at the end if `u` does not change \[m/s\].
@@ -167,6 +179,7 @@ impl Stage {
             balance: Balance::AT_THE_END,
             inertia: false,
             over_step: OverStep::No,
+            rigid_at: RigidInstant::End,
             start_forces: pattern.like()?,
             velocity_base: pattern.like()?,
             acceleration_base: pattern.like_if(inertia)?,

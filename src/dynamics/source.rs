@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Balance, Continuation, Equations, OverStep, Shifts, Split, Stage};
+use super::{Balance, Continuation, Equations, OverStep, RigidInstant, Shifts, Split, Stage};
 use crate::error::{Error, Result};
 use crate::terms::Terms;
 
@@ -24,6 +24,7 @@ pub struct StageSettings {
     balance: Balance,
     inertia: bool,
     over_step: OverStep,
+    rigid_at: RigidInstant,
     /// How the equations differed from those of the scene.
     pub continuation: Continuation,
     /// Which quantities a staggered solve held fixed.
@@ -41,6 +42,7 @@ impl StageSettings {
             balance: stage.balance,
             inertia: stage.inertia,
             over_step: stage.over_step,
+            rigid_at: stage.rigid_at,
             continuation,
             split,
         }
@@ -55,6 +57,7 @@ impl StageSettings {
         stage.balance = self.balance;
         stage.inertia = self.inertia;
         stage.over_step = self.over_step;
+        stage.rigid_at = self.rigid_at;
     }
 }
 

@@ -31,14 +31,14 @@ use crate::accuracy::{self, StepPacing, doubt_first_slip};
 use crate::advice::precision::{self, MotionPrecision, Motions, Precision, farthest_motion};
 use crate::assembly::{ContactSystem, SystemOptions, unsound_state};
 use crate::case::Case;
-use crate::dynamics::{Equations, OverStep, Stage};
+use crate::dynamics::{Equations, OverStep, RigidInstant, Stage};
 use crate::error::{Cause, Error, Result, agree};
 use crate::guard::{RunGuard, missed_contact, slides};
 use crate::model::{ContactModel, Model, Target, read_meshes};
 use crate::observe::energy::EnergyLedger;
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
-use crate::solvers::{Outcome, SolveReport, Strategy, Trouble};
+use crate::solvers::{Outcome, SolveReport, Strategy, Trouble, first_guess};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use begin::Begin;
@@ -299,7 +299,7 @@ impl Attempt<'_> {
                 doubt_first_slip(system, self.pace.predict(stage)?);
                 true
             }
-            false => strategy.follow_prescribed(system, stage)?,
+            false => first_guess(strategy, system, stage, RigidInstant::Start)?,
         };
         let mut spent = SolveReport::default();
         if moved {
@@ -310,6 +310,12 @@ impl Attempt<'_> {
         }
         stage.trial.u.copy_from(&stage.start.u)?;
         doubt_first_slip(system, false);
+        if system.has_tools()
+            && !self.scheme.has_inertia()
+            && !first_guess(strategy, system, stage, RigidInstant::End)?
+        {
+            stage.trial.u.copy_from(&stage.start.u)?;
+        }
         journal.attempt(stage);
         let outcome = strategy.solve(system, stage, &mut |row| journal.iteration(row))?;
         Ok(outcome.after(&spent))

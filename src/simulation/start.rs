@@ -9,12 +9,12 @@ use crate::advice::crushed::crushed;
 use crate::advice::reach::{self, Span};
 use crate::assembly::{ContactSystem, set_velocity};
 use crate::case::{Case, Start};
-use crate::dynamics::{Balance, Continuation, Equations, FrictionMode, Shifts, Stage};
+use crate::dynamics::{Balance, Continuation, Equations, FrictionMode, RigidInstant, Shifts, Stage};
 use crate::error::{Cause, Error, Result};
 use crate::model::Model;
 use crate::petsc::Vector;
 use crate::solvers::{
-    LinearChoice, LinearSolver, Monolithic, Outcome, Problem, SolveReport, Strategy, Trouble,
+    LinearChoice, LinearSolver, Monolithic, Outcome, Problem, SolveReport, Strategy, Trouble, first_guess,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -211,7 +211,7 @@ fn approach<const D: usize>(
     journal.start_attempt(factor);
     let moved = match course {
         Some(course) => course.extrapolate(factor, stage).map(|()| true)?,
-        None => strategy.follow_prescribed(system, stage)?,
+        None => first_guess(strategy, system, stage, RigidInstant::Start)?,
     };
     let outcome = match moved {
         true => strategy.solve(system, stage, &mut |row| journal.iteration(row))?,

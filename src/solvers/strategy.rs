@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::convergence::{IterationReport, Outcome};
 use super::linear::Fallback;
 use super::monolithic::Monolithic;
-use crate::dynamics::{Dynamics, Sources, Stage};
+use crate::dynamics::{Dynamics, RigidInstant, Sources, Stage};
 use crate::error::Result;
 
 /// A strategy that a user can name.
@@ -46,7 +46,8 @@ pub trait Strategy {
     ) -> Result<Outcome>;
 
     /// Moves the prescribed unknowns to their values at the trial time, and the free ones with
-    /// them. Returns `false` if the linear solve failed. Collective.
+    /// them. Rigid bodies with prescribed motion are where `stage.rigid_at` says. Returns `false` if
+    /// the linear solve failed. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.
@@ -76,6 +77,25 @@ pub trait Strategy {
 
     /// Returns the linear solvers that failed since the last call, and their replacements.
     fn take_fallbacks(&mut self) -> Vec<Fallback>;
+}
+
+/// Computes a first guess with [`Strategy::follow_prescribed`]. At [`RigidInstant::Start`] the motion
+/// of rigid bodies enters it like prescribed displacements: points that stick follow. At
+/// [`RigidInstant::End`] the bodies already are at the end of the step, and push the points that they
+/// reach. Collective.
+///
+/// # Errors
+/// If a PETSc call fails.
+pub fn first_guess(
+    strategy: &mut dyn Strategy,
+    system: &mut dyn Dynamics,
+    stage: &mut Stage,
+    rigid_at: RigidInstant,
+) -> Result<bool> {
+    stage.rigid_at = rigid_at;
+    let moved = strategy.follow_prescribed(system, stage);
+    stage.rigid_at = RigidInstant::End;
+    moved
 }
 
 impl Strategy for Monolithic {

@@ -114,6 +114,18 @@ impl<const D: usize> ContactSink for VertexStiffness<'_, '_, D> {
         }
         self.add(vertex, nodes, stiffness, |a, b| places[a] * width + places[b]);
     }
+
+    fn lift(&mut self, nodes: &[u32], force: &[f64]) {
+        let Some(lift) = &mut self.lift else { return };
+        let mut free = [0.0; 3];
+        for (&node, force) in nodes.iter().zip(force.chunks_exact(D)) {
+            let held = &self.constrained[node as usize * D..][..D];
+            for i in 0..D {
+                free[i] = if held[i] { 0.0 } else { force[i] };
+            }
+            add_forces::<D>(&[node], &free[..D], lift.rhs, &mut lift.remote);
+        }
+    }
 }
 
 impl<const D: usize> VertexStiffness<'_, '_, D> {

@@ -99,3 +99,81 @@ fn what_is_wrong_is_reported() {
         }
     }
 }
+
+/// Free bodies are read, written again, and read the same.
+#[test]
+fn free_bodies_are_read() {
+    let disc = "shape: { sphere: { center: [0.5, -0.5], radius: 0.5 } }";
+    for (dimension, body) in [
+        (2, format!("{disc}, free: {{ density: 1000, gravity: [0, \"-9.81 m/s2\"] }}")),
+        (2, format!("{FLAT}, free: {{ mass: 2 kg, inertia: [0.3], fixed: [x], force: {{ y: \"1 - t\" }} }}")),
+        (
+            2,
+            format!(
+                "{FLAT}, motion: {{ rotation: {{ angle: t }} }}, free: {{ mass: 1, torque: {{ z: 1 }} }}"
+            ),
+        ),
+        (3, format!("{SPACE}, free: {{ mass: 1, fixed: [rx, ry, rz], initial_velocity: [1, 0, 0] }}")),
+        (
+            3,
+            format!("{SPACE}, free: {{ mass: 1, inertia: [1, 2, 2.5], initial_spin: [1, 0, \"60 1/min\"] }}"),
+        ),
+    ] {
+        let body = body.replace("angle: t", "angle: \"t\"");
+        let text = case(dimension, &format!("{{ {body} }}")).replace("scheme: static", "scheme: midpoint");
+        let text = text.replace("poisson_ratio: 0.3 } }", "poisson_ratio: 0.3 } }\n    density: 1000");
+        let read = Case::parse(&text, "case.yml").unwrap_or_else(|error| panic!("{error}"));
+        let again = Case::parse(&read.to_yaml().unwrap(), "case.yml").unwrap();
+        assert_eq!(read.rigid, again.rigid);
+        assert!(read.rigid.values().all(|body| body.rotates() && body.free.is_some()));
+    }
+}
+
+/// Invalid free bodies are reported with line, cause and cure.
+#[test]
+fn what_is_wrong_with_a_free_body_is_reported() {
+    let flat = |free: &str| case(2, &format!("{{ {FLAT}, free: {free} }}"));
+    let dynamic = |free: &str| {
+        flat(free)
+            .replace("scheme: static", "scheme: midpoint")
+            .replace("poisson_ratio: 0.3 } }", "poisson_ratio: 0.3 } }\n    density: 1000")
+    };
+    let space = |free: &str| case(3, &format!("{{ {SPACE}, free: {free} }}"));
+    let moved = |motion: &str, free: &str| case(2, &format!("{{ {FLAT}, motion: {motion}, free: {free} }}"));
+    let rows: Vec<(String, &[&str])> = vec![
+        (dynamic("{}"), &["case.yml:8:", "'tool' has no mass", "`density`"]),
+        (dynamic("{ mass: 1 }"), &["case.yml:8:", "no moment of inertia", "`fixed`"]),
+        (dynamic("{ mass: 0, inertia: [1] }"), &["case.yml:8:", "mass", "0"]),
+        (flat("{ mass: 1, inertia: [1, 2] }"), &["case.yml:7:", "inertia", "1 entr"]),
+        (space("{ mass: 1, inertia: [1, 1, 3] }"), &["case.yml:7:", "sum of the other two"]),
+        (flat("{ density: 1000 }"), &["case.yml:7:", "no volume", "`mass` and `inertia`"]),
+        (flat("{ density: 1000, mass: 1 }"), &["case.yml:7:", "both a density and a mass"]),
+        (flat("{ fixed: [z] }"), &["case.yml:7:", "x, y and rz"]),
+        (flat("{ fixed: [w] }"), &["case.yml:7:", "w"]),
+        (flat("{ fixed: [x, y, rz] }"), &["case.yml:7:", "nothing is free in 'tool'"]),
+        (moved("{ translation: { x: 1 } }", "{ fixed: [x] }"), &["case.yml:7:", "both fixed and prescribed"]),
+        (
+            moved("{ rotation: { about: [0, 0], angle: 1 } }", "{ mass: 1 }"),
+            &["case.yml:7:", "about its centre of mass", "`center`"],
+        ),
+        (flat("{ force: { z: 1 } }"), &["case.yml:7:", "a 2D case has no z"]),
+        (flat("{ force: { y: \"x\" } }"), &["case.yml:7:", "depends on t only"]),
+        (flat("{ torque: { x: 1 } }"), &["case.yml:7:", "a torque in 2D is about z"]),
+        (flat("{ torque: { z: 1 N } }"), &["case.yml:7:", "N"]),
+        (flat("{ gravity: [0, 0, 1] }"), &["case.yml:7:", "2 entries"]),
+        (flat("{ initial_spin: [0, 0, 1] }"), &["case.yml:7:", "1 entr"]),
+        (
+            dynamic("{ mass: 1, inertia: [1] }").replace("midpoint", "conserving"),
+            &["case.yml:8:", "conserving scheme has no free rigid bodies", "midpoint"],
+        ),
+    ];
+    for (text, fragments) in rows {
+        let error = match Case::parse(&text, "case.yml") {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("read without complaint:\n{text}"),
+        };
+        for fragment in fragments {
+            assert!(error.contains(fragment), "no '{fragment}' in:\n{error}\nof:\n{text}");
+        }
+    }
+}

@@ -29,6 +29,11 @@ pub trait ContactSink {
     /// Adds `stiffness[((a * m + b) * D + i) * D + j]` to the left-hand matrix \[N/m\]. All `m`
     /// nodes belong to `vertex`.
     fn stiffness(&mut self, vertex: usize, nodes: &[u32], stiffness: &[f64]);
+
+    /// Adds `force[a * D + i]` of these nodes to the right-hand side of a linear solve for a first
+    /// guess: the change of the forces with the prescribed motion of the target [N, per depth in
+    /// 2D]. It is ignored unless a first guess is computed.
+    fn lift(&mut self, _nodes: &[u32], _force: &[f64]) {}
 }
 
 /// One contact, evaluated at the vertices of its contactor.

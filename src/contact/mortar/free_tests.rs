@@ -28,7 +28,9 @@ impl<const D: usize> Scene<D> {
         }
         if D == 2 {
             let last = self.u.len() - 1;
-            [&mut self.u, &mut self.u_start, &mut self.v].map(|field| field[last] = 0.0);
+            self.u[last] = 0.0;
+            self.u_start[last] = 0.0;
+            self.v[last] = 0.0;
         }
         self.placed()
     }
@@ -50,6 +52,7 @@ impl<const D: usize> Scene<D> {
             start: crate::contact::rigid::MotionInstant { time: 0.0, factor: 1.0 },
             end: crate::contact::rigid::MotionInstant { time: 0.0, factor: 1.0 },
             over: None,
+            ahead: None,
         };
         self.contact.target.place(&step, &[frame]).unwrap();
         self

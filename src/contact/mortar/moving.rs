@@ -30,7 +30,8 @@ impl<const D: usize> VertexContact<D> {
         let springs = request.stiffness.as_ref().is_some_and(|selection| selection.joint.is_some());
         let mut seen = state.seen_from(frame);
         let pose = self.target.pose_nodes().zip(frame.variations());
-        let needs_nodes = request.stiffness.is_none() || pose.is_some();
+        let guesses = !springs && request.stiffness.is_some() && frame.ahead(&Vector::zeros()).is_some();
+        let needs_nodes = request.stiffness.is_none() || pose.is_some() || guesses;
         let nodes = if needs_nodes { self.seen_nodes(frame, fields) } else { HashMap::new() };
         let free = pose.map(|(nodes, variations)| FreePose {
             nodes,
@@ -53,6 +54,7 @@ impl<const D: usize> VertexContact<D> {
             positions: frame.at_end().transpose(),
             load: TargetLoad::default(),
             free,
+            guesses,
             derivatives,
             scratch: Vec::new(),
             members: Vec::new(),
@@ -178,6 +180,8 @@ struct FrameSink<'a, S, const D: usize> {
     positions: Tensor<D>,
     load: TargetLoad<D>,
     free: Option<FreePose<'a, D>>,
+    /// Whether the motion of the body to the end of the step enters a first guess.
+    guesses: bool,
     derivatives: PoseDerivatives<D>,
     scratch: Vec<f64>,
     members: Vec<u32>,
@@ -217,10 +221,32 @@ impl<S: ContactSink, const D: usize> ContactSink for FrameSink<'_, S, D> {
             self.scratch.extend_from_slice(block.transpose().as_slice());
         }
         self.sink.stiffness(vertex, nodes, &self.scratch);
+        if self.guesses {
+            self.move_ahead(nodes, stiffness);
+        }
     }
 }
 
 impl<S: ContactSink, const D: usize> FrameSink<'_, S, D> {
+    /// Passes on the change of the forces when a first guess moves the body to the end of the step
+    /// and the nodes stay.
+    fn move_ahead(&mut self, nodes: &[u32], stiffness: &[f64]) {
+        let count = nodes.len();
+        self.scratch.clear();
+        self.scratch.resize(count * D, 0.0);
+        for (b, node) in nodes.iter().enumerate() {
+            let arm = self.nodes.get(node).map(|seen| self.frame.arm_in_frame(seen));
+            let Some(moved) = arm.and_then(|arm| self.frame.ahead(&arm)) else { return };
+            for a in 0..count {
+                let first = (a * count + b) * D * D;
+                let block = Tensor::<D>::from_row_slice(&stiffness[first..first + D * D]);
+                let change = self.forces * (block * moved);
+                (0..D).for_each(|i| self.scratch[a * D + i] -= change[i]);
+            }
+        }
+        self.sink.lift(nodes, &self.scratch);
+    }
+
     /// Passes on the force on a free target.
     fn add_pose_force(&mut self) {
         let Some(free) = &self.free else { return };

@@ -57,7 +57,7 @@ impl<const D: usize> Scene<D> {
             RigidTarget::moving(shape.clone(), Some(TargetMotion::Prescribed(Rc::new(motion.clone()))));
         self.contact.target = ContactTarget::Obstacle(moving);
         let [start, end] = times.map(instant);
-        self.contact.target.place(&MotionStep { start, end, over }, &[]).unwrap();
+        self.contact.target.place(&MotionStep { start, end, over, ahead: None }, &[]).unwrap();
         self
     }
 
@@ -289,6 +289,62 @@ fn the_matrix_over_a_step_on_a_moving_body_is_near_the_derivative() {
     }
 }
 
+/// Receives what a first guess adds to the right-hand side.
+struct Lifted<const D: usize> {
+    force: Vec<f64>,
+}
+
+impl<const D: usize> ContactSink for Lifted<D> {
+    fn force(&mut self, _: &[u32], _: &[f64]) {}
+
+    fn stiffness(&mut self, _: usize, _: &[u32], _: &[f64]) {}
+
+    fn lift(&mut self, nodes: &[u32], force: &[f64]) {
+        for (&node, force) in nodes.iter().zip(force.chunks_exact(D)) {
+            self.force[node as usize * D..][..D].iter_mut().zip(force).for_each(|(sum, f)| *sum += f);
+        }
+    }
+}
+
+/// What a first guess adds to the right-hand side is the change of the forces when the body moves
+/// and the nodes stay, up to the square of the motion and the rotation of the forces themselves.
+#[test]
+fn a_first_guess_moves_with_the_body() {
+    fn shapes<const D: usize>(kind: ElementKind) {
+        for obstacle in sample_shapes::<D>() {
+            let law = penalty(Some(coulomb(0.7, regimes()[3])));
+            // The body does not rotate: forces keep their direction.
+            let motion = BodyMotion { angle: Function::constant(0.0).into(), ..motion(1.0) };
+            let scene = Scene::<D>::bent_over(&obstacle, kind, law);
+            let at_end = |time: f64| {
+                let mut moved = scene.clone().moving(&motion, [0.0, time], None);
+                moved.evaluate(&ContactRequest::default()).force
+            };
+            let still = at_end(0.0);
+            let errors = [2e-3, 1e-3].map(|time| {
+                let mut moved = scene.clone().moving(&motion, [0.0, 0.0], None);
+                let [start, ahead] = [0.0, time].map(instant);
+                let step = MotionStep { start, end: start, over: None, ahead: Some(ahead) };
+                moved.contact.target.place(&step, &[]).unwrap();
+                let selection = TermSelection { terms: Terms::ALL, velocity_shift: 0.0, joint: None };
+                let request = ContactRequest { stiffness: Some(selection), ..ContactRequest::default() };
+                let fields = ContactFields { u: &moved.u, v: &moved.v, u_start: &moved.u_start };
+                let mut sink = Lifted::<D> { force: vec![0.0; moved.u.len()] };
+                moved.contact.evaluate(&moved.candidates, &fields, &request, &mut moved.state, &mut sink);
+                let change = at_end(time).into_iter().zip(&still).map(|(end, start)| end - start);
+                let apart: Vec<f64> = change.zip(&sink.force).map(|(a, b)| a - b).collect();
+                assert!(size(&sink.force) > 0.0);
+                size(&apart) / size(&sink.force)
+            });
+            // Over a plane the change is linear.
+            assert!(errors[1] < 1e-12 || errors[1] < 0.6 * errors[0], "{obstacle:?}: {errors:?}");
+            assert!(errors[1] < 0.1, "{obstacle:?}: {errors:?}");
+        }
+    }
+    shapes::<2>(ElementKind::Quad4);
+    shapes::<3>(ElementKind::Hex8);
+}
+
 /// The velocity of a node relative to the body is the rate of its position in the frame. A body
 /// moves with constant velocity before t = 0, and a factor applies to all of its motion.
 #[test]
@@ -301,7 +357,7 @@ fn seen_velocities_are_rates_of_seen_positions() {
         for (time, factor) in [(0.6, 1.0), (0.6, 0.4), (-0.3, 1.0)] {
             let seen = |h: f64| {
                 let [start, end] = [time - h, time + h].map(|time| MotionInstant { time, factor });
-                let frame = motion.frame(&MotionStep { start, end, over: None });
+                let frame = motion.frame(&MotionStep { start, end, over: None, ahead: None });
                 frame.unwrap().see(&place, &(u - v * h), &(u + v * h), &v)
             };
             let h = 1e-5;

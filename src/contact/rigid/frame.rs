@@ -69,6 +69,7 @@ pub struct BodyFrame<const D: usize> {
     start: Placement<D>,
     end: Placement<D>,
     kind: FrameKind<D>,
+    ahead: Option<(Vector<D>, Tensor<D>)>,
 }
 
 /// What determines the position of the body.
@@ -82,14 +83,29 @@ impl<const D: usize> BodyFrame<D> {
     /// The frame of a body with prescribed motion about `centre` \[m\], placed at both ends.
     pub(super) fn prescribed(centre: Vector<D>, ends: [Placement<D>; 2], turn: StepTurn<D>) -> Self {
         let [start, end] = ends;
-        Self { centre, start, end, kind: FrameKind::Prescribed(turn) }
+        Self { centre, start, end, kind: FrameKind::Prescribed(turn), ahead: None }
     }
 
     /// The frame of a free body about `centre` \[m\], placed at the start of the step and at the
     /// iterate.
     pub fn free(centre: Vector<D>, ends: [Placement<D>; 2], variations: PoseVariations<D>) -> Self {
         let [start, end] = ends;
-        Self { centre, start, end, kind: FrameKind::Free(variations) }
+        Self { centre, start, end, kind: FrameKind::Free(variations), ahead: None }
+    }
+
+    /// The frame of a body that a first guess moves by this displacement in space and this small
+    /// rotation in the frame.
+    #[must_use]
+    pub(super) fn moving_ahead(self, shift: Vector<D>, turn: Tensor<D>) -> Self {
+        Self { ahead: Some((shift, turn)), ..self }
+    }
+
+    /// Change of the position in the frame of a node at rest in space, at this arm in the frame
+    /// \[m\], when a first guess moves the body to the end of the step. `None` if no first guess is
+    /// computed.
+    pub fn ahead(&self, arm: &Vector<D>) -> Option<Vector<D>> {
+        let (shift, turn) = self.ahead?;
+        Some(-(self.end.rotation.transpose() * shift + turn * arm))
     }
 
     /// How the rotation varies with the unknowns of the body; `None` if its motion is prescribed.

@@ -39,6 +39,9 @@ pub struct MotionStep {
     /// Length of the step \[s\], if the forces act over it and the displacements are those of its
     /// midpoint.
     pub over: Option<f64>,
+    /// Instant to which a first guess moves the body beyond the trial state, see
+    /// [`BodyFrame::ahead`].
+    pub ahead: Option<MotionInstant>,
 }
 
 /// Position and velocity of a rigid body at an instant.
@@ -108,7 +111,14 @@ impl<const D: usize> BodyMotion<D> {
             spin: generator * state.rate,
         });
         let turn = StepTurn { generator, angles: states.map(|state| state.angle), over: step.over };
-        Ok(BodyFrame::prescribed(self.centre, ends, turn))
+        let mut frame = BodyFrame::prescribed(self.centre, ends, turn);
+        if let Some(instant) = step.ahead {
+            let now = states[1];
+            let next = self.at(instant)?;
+            let turn = generator * (next.angle - now.angle);
+            frame = frame.moving_ahead(next.translation - now.translation, turn);
+        }
+        Ok(frame)
     }
 
     /// `K` with `K x = axis x x`, so that the spin is `rate K`.

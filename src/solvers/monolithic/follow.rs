@@ -5,8 +5,8 @@ use crate::dynamics::{Dynamics, Lift, Stage};
 use crate::error::Result;
 
 impl Monolithic {
-    /// Moves the prescribed unknowns to their values at the trial time, and the free ones with
-    /// them. Collective.
+    /// Moves the prescribed unknowns and rigid bodies with prescribed motion to their positions at
+    /// the trial time, and the free unknowns with them. Collective.
     ///
     /// It uses one linear solve at the previous state: `K_ff du_f = -(r_f + K_fd du_d)`. Without
     /// it, a large prescribed increment would invert the first row of elements. Returns `false` if
