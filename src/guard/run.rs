@@ -177,7 +177,9 @@ fn culprit(before: &Energies, now: &Energies, made: bool) -> (&'static str, f64)
         ("kinetic energy", now.kinetic - before.kinetic),
         ("strain energy", now.strain - before.strain),
         ("contact energy", now.contact - before.contact),
+        ("energy of springs", now.springs - before.springs),
         ("frictional heat", now.friction_dissipated - before.friction_dissipated),
+        ("heat of damping", now.damping_dissipated - before.damping_dissipated),
         ("work of loads and supports", before.external_work - now.external_work),
     ];
     let sign = if made { 1.0 } else { -1.0 };
