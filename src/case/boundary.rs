@@ -3,11 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::components::{Components, Force, Torque};
 use super::elastic::{Foundation, Spring};
 use super::sets::SetNames;
 use crate::reader::at::At;
 use crate::reader::function::{Varying, VaryingAcceleration, VaryingLength, VaryingPressure};
-use crate::reader::quantity::Length;
 
 /// A support or a load: `on` and one of the other keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -32,64 +32,15 @@ pub struct Boundary {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<At<Force>>,
     /// Total dead torque on facets \[N m\]: a traction without resultant force that varies linearly over
-    /// the reference surface. In 2D it has only z.
+    /// the reference surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub torque: Option<At<Components<1, 2, -2>>>,
+    pub torque: Option<At<Torque>>,
     /// Springs and dashpots between facets and the ground, per reference area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub foundation: Option<At<Foundation>>,
     /// A spring and a dashpot between each node of the set and the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spring: Option<At<Spring>>,
-}
-
-/// Components of a force \[N\], and the point that its line of action passes through.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Force {
-    /// Along x \[N\], a function of t alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub x: Option<Varying<1, 1, -2>>,
-    /// Along y \[N\], a function of t alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub y: Option<Varying<1, 1, -2>>,
-    /// Along z \[N\], a function of t alone, in 3D only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub z: Option<Varying<1, 1, -2>>,
-    /// Point of the line of action in the reference configuration \[m\], for facets only; the centroid of
-    /// the facets if absent. Elsewhere the traction varies linearly, so that its moment is that of
-    /// the force at this point.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub at: Option<At<Vec<Length>>>,
-}
-
-impl Force {
-    /// In the order of the directions.
-    pub fn as_array(&self) -> [Option<&Varying<1, 1, -2>>; 3] {
-        [self.x.as_ref(), self.y.as_ref(), self.z.as_ref()]
-    }
-}
-
-/// Values in the given directions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Components<const KG: i8, const M: i8, const S: i8> {
-    /// Along x.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub x: Option<Varying<KG, M, S>>,
-    /// Along y.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub y: Option<Varying<KG, M, S>>,
-    /// Along z, in 3D only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub z: Option<Varying<KG, M, S>>,
-}
-
-impl<const KG: i8, const M: i8, const S: i8> Components<KG, M, S> {
-    /// In the order of the directions.
-    pub fn as_array(&self) -> [Option<&Varying<KG, M, S>>; 3] {
-        [self.x.as_ref(), self.y.as_ref(), self.z.as_ref()]
-    }
 }
 
 /// What a boundary does.

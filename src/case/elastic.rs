@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::boundary::Components;
+use super::components::Components;
 use crate::reader::at::At;
 use crate::reader::function::Varying;
 

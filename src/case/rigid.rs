@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::boundary::Components;
+use super::components::Components;
 use crate::contact::obstacle::Obstacle;
 use crate::reader::at::At;
 use crate::reader::function::{Varying, VaryingNumber};

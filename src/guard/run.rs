@@ -68,8 +68,9 @@ impl RunGuard {
     }
 
     fn grow(&mut self, e: &Energies) {
-        let sizes = [e.kinetic, e.strain, e.contact, e.friction_dissipated, e.external_work, e.total()];
-        self.scale = sizes.iter().fold(self.scale, |scale, size| scale.max(size.abs()));
+        let stored = [e.kinetic, e.strain, e.contact, e.springs, e.total()];
+        let sizes = stored.into_iter().chain([e.friction_dissipated, e.external_work]);
+        self.scale = sizes.fold(self.scale, |scale, size| scale.max(size.abs()));
     }
 
     /// Warns once of an impact in the step in `stage`. Call it before the step is accepted.

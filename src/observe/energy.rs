@@ -20,6 +20,7 @@ pub struct Energies {
     /// Energy stored by the contact laws.
     pub contact: f64,
     /// Energy stored by foundations and springs.
+    #[serde(default)]
     pub springs: f64,
     /// Heat from friction since the start.
     pub friction_dissipated: f64,

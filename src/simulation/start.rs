@@ -80,7 +80,7 @@ pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()>
     if lost.is_empty() {
         return Ok(());
     }
-    Err(Error::case(format!("in statics, no support, foundation or contact holds {}", lost.join("; ")))
+    Err(Error::case(format!("in statics, no support or contact holds {}", lost.join("; ")))
         .hint("add a displacement boundary or a foundation in each direction, or use a dynamic scheme"))
 }
 
