@@ -18,8 +18,9 @@ use crate::contact::obstacle::Shape;
 use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::RigidTarget;
 use crate::element::{Formulation, Kinematics};
+use crate::error::Result;
 use crate::mesh::Mesh;
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 
 pub use meshes::{read_mesh, read_meshes};
 
@@ -36,6 +37,8 @@ pub struct Model<const D: usize> {
     pub contacts: Vec<ContactModel<D>>,
     /// The displacement boundaries.
     pub supports: Vec<Support<D>>,
+    /// The foundations, and the springs and dashpots at nodes.
+    pub elastic_supports: Vec<ElasticSupport<D>>,
     /// The loads.
     pub loads: Vec<Load<D>>,
     /// The probes.
@@ -233,7 +236,7 @@ impl<const D: usize> ContactModel<D> {
 
     /// The contact, with its obstacle described relative to the point nearest to `near` \[m\].
     #[must_use]
-    pub fn anchored(&self, near: &crate::tensor::Vector<D>) -> Self {
+    pub fn anchored(&self, near: &Vector<D>) -> Self {
         let mut contact = self.clone();
         if let Target::Obstacle(target) = &mut contact.target {
             target.shape = target.shape.anchored(near).into();
@@ -266,15 +269,95 @@ pub struct Support<const D: usize> {
     pub components: [Option<PlacedFunction>; D],
 }
 
+/// Springs and dashpots between a surface, or nodes, and the ground (3.19).
+#[derive(Debug, Clone)]
+pub struct ElasticSupport<const D: usize> {
+    /// Name in the case file.
+    pub name: String,
+    /// `body.set`, or the joined name of a list of these.
+    pub set: String,
+    /// What it acts on.
+    pub on: Grounded,
+    /// Stiffness per reference area [Pa/m], or of each node \[N/m\].
+    pub stiffness: Coefficients<D>,
+    /// Viscosity per reference area [Pa s/m], or of each node [N s/m].
+    pub damping: Coefficients<D>,
+}
+
+/// What springs and dashpots connect to the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Grounded {
+    /// Facets, per reference area.
+    Surface,
+    /// Each node of a set.
+    Nodes,
+}
+
+/// Coefficients by direction, constant in time; without a function they are zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coefficients<const D: usize> {
+    /// Along the axes.
+    pub axes: [Option<PlacedFunction>; D],
+    /// Along the reference normal of a surface.
+    pub normal: Option<PlacedFunction>,
+    /// In the tangential plane of a surface.
+    pub tangential: Option<PlacedFunction>,
+}
+
+impl<const D: usize> Coefficients<D> {
+    /// No coefficient in any direction.
+    pub const NONE: Self = Self { axes: [const { None }; D], normal: None, tangential: None };
+
+    /// Whether there is a coefficient in some direction.
+    pub fn is_given(&self) -> bool {
+        self.axes.iter().any(Option::is_some) || self.normal.is_some() || self.tangential.is_some()
+    }
+
+    /// The symmetric matrix `k_i e_i e_i + k_n n n + k_t (1 - n n)` at a point of the reference configuration
+    /// \[m\], with the unit normal `n` of a surface.
+    ///
+    /// # Errors
+    /// A coefficient is not finite or negative there.
+    pub fn matrix(&self, point: &[f64; D], normal: &Vector<D>) -> Result<Tensor<D>> {
+        self.weighted(point, normal, |coefficient| coefficient)
+    }
+
+    /// The [`matrix`](Self::matrix) with coefficients of 1 in place of those above zero.
+    ///
+    /// # Errors
+    /// A coefficient is not finite or negative there.
+    pub fn directions(&self, point: &[f64; D], normal: &Vector<D>) -> Result<Tensor<D>> {
+        self.weighted(point, normal, |coefficient| if coefficient > 0.0 { 1.0 } else { 0.0 })
+    }
+
+    fn weighted(
+        &self,
+        point: &[f64; D],
+        normal: &Vector<D>,
+        weight: impl Fn(f64) -> f64,
+    ) -> Result<Tensor<D>> {
+        let at = |function: &Option<PlacedFunction>| match function {
+            Some(function) => function.coefficient(point).map(&weight),
+            None => Ok(0.0),
+        };
+        let across = normal * normal.transpose();
+        let mut matrix = across * at(&self.normal)? + (Tensor::identity() - across) * at(&self.tangential)?;
+        for (i, function) in self.axes.iter().enumerate() {
+            matrix[(i, i)] += at(function)?;
+        }
+        Ok(matrix)
+    }
+}
+
 /// A load.
 #[derive(Debug, Clone)]
 pub struct Load<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// `body` or `body.set`, or the joined name of a list of these, of which the load acts on the part of the body.
+    /// `body` or `body.set`, or the joined name of a list of these.
     pub set: String,
-    /// Index of the body.
-    pub body: usize,
+    /// Index of the body on whose part of the set the load acts; `None` for a total over the whole set.
+    pub body: Option<usize>,
     /// The kind of load.
     pub kind: LoadKind<D>,
 }
@@ -288,6 +371,15 @@ pub enum LoadKind<const D: usize> {
     Traction([PlacedFunction; D]),
     /// Against the outward normal of the deformed surface \[Pa\].
     Pressure(PlacedFunction),
+    /// Total force on a surface or on nodes.
+    Force {
+        /// Its components \[N\], functions of time.
+        components: [PlacedFunction; D],
+        /// Point of its line of action on a surface \[m\]; `None` for the centroid.
+        at: Option<[f64; D]>,
+    },
+    /// Total torque on a surface \[N m\], functions of time; about z only in 2D.
+    Torque(Box<[PlacedFunction; 3]>),
 }
 
 impl<const D: usize> LoadKind<D> {
@@ -302,10 +394,13 @@ impl<const D: usize> LoadKind<D> {
         self.functions().iter().all(|function| function.is_linear_between_kinks())
     }
 
-    /// One function per direction, or a single one for a pressure.
+    /// One function per direction or axis, or a single one for a pressure.
     pub fn functions(&self) -> &[PlacedFunction] {
         match self {
-            Self::BodyForce(functions) | Self::Traction(functions) => functions,
+            Self::BodyForce(functions)
+            | Self::Traction(functions)
+            | Self::Force { components: functions, .. } => functions,
+            Self::Torque(functions) => &functions[..],
             Self::Pressure(function) => std::slice::from_ref(function),
         }
     }

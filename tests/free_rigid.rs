@@ -153,7 +153,7 @@ output: {{ fields: {{ every: 100000 }} }}
 /// motion that has these forces. Its work is that of the applied loads.
 #[test]
 fn force_and_motion_are_two_sides_of_one_equilibrium() {
-    let free = "free: { fixed: [x], force: { y: '-1.0e+5 * t' }, torque: { z: '500 * t' } }";
+    let free = "free: { fixed: [ux], force: { y: '-1.0e+5 * t' }, torque: { z: '500 * t' } }";
     let results = Results::of(&press(free, "direct"), 1);
     let [forced, energy] = ["rigid.csv", "energy.csv"].map(|name| results.table(name));
     assert!((forced.last("force_y") / 1e5 - 1.0).abs() < 1e-8);
@@ -181,7 +181,7 @@ fn force_and_motion_are_two_sides_of_one_equilibrium() {
 /// Pressing by a force gives the same results with each solver and on 1 to 4 ranks.
 #[test]
 fn solvers_and_ranks_agree_on_a_free_body() {
-    let free = "free: { fixed: [x], force: { y: '-1.0e+5 * t' }, torque: { z: '500 * t' } }";
+    let free = "free: { fixed: [ux], force: { y: '-1.0e+5 * t' }, torque: { z: '500 * t' } }";
     let one = Results::of(&press(free, "direct"), 1).table("rigid.csv");
     for (solver, ranks) in [
         ("direct", 2),

@@ -92,6 +92,17 @@ fn ladder() -> Vec<Rung> {
             adds: &["C (damping)"],
             held: damped,
         },
+        Rung {
+            name: "deformable pair with damping on dashpots",
+            case: pair
+                .replacen("density:", "damping: { rayleigh: { stiffness: 1.0e-4 } }\n    density:", 1)
+                .replace(
+                    "displacement: { x: 0, y: 0 } }",
+                    "foundation: { stiffness: { normal: 1.0e8 }, damping: { normal: 1.0e3 } } }",
+                ),
+            adds: &["K_s, C_s (foundations"],
+            held: damped,
+        },
     ]
 }
 

@@ -1,4 +1,4 @@
-//! The residual (3.9): forces of elements, contacts and loads, and the inertia.
+//! The residual (3.9): forces of elements, contacts, springs and loads, and the inertia.
 
 use mpi::traits::CommunicatorCollectives;
 
@@ -20,6 +20,7 @@ struct ResidualSums {
     internal: f64,
     contact: f64,
     external: f64,
+    springs: f64,
     inertia: f64,
     /// Ranks with an error.
     trouble: f64,
@@ -29,8 +30,8 @@ struct ResidualSums {
 
 impl ResidualSums {
     fn add_all_ranks(&mut self, world: &impl CommunicatorCollectives) {
-        let Self { residual, internal, contact, external, inertia, trouble, stale } = self;
-        sum_over_ranks(world, [residual, internal, contact, external, inertia, trouble, stale]);
+        let Self { residual, internal, contact, external, springs, inertia, trouble, stale } = self;
+        sum_over_ranks(world, [residual, internal, contact, external, springs, inertia, trouble, stale]);
     }
 
     /// Norm of the residual, and the largest norm of its parts.
@@ -38,7 +39,7 @@ impl ResidualSums {
     /// If a part is not finite, the norm is NaN, also if only prescribed unknowns are affected: no
     /// residual is small compared with NaN.
     fn residual(&self) -> Residual {
-        let parts = [self.internal, self.contact, self.external, self.inertia];
+        let parts = [self.internal, self.contact, self.external, self.springs, self.inertia];
         let scale = parts.into_iter().fold(0.0, f64::max).sqrt();
         let sound = parts.into_iter().all(f64::is_finite);
         Residual { norm: if sound { self.residual.sqrt() } else { f64::NAN }, scale }
@@ -50,11 +51,11 @@ impl<const D: usize> ContactSystem<D> {
         Moment { time: stage.trial.time, u, factor }
     }
 
-    /// Computes the three parts of the forces at the trial state. Records an inverted element.
+    /// Computes the parts of the forces at the trial state. Records an inverted element.
     pub(super) fn sweep(&mut self, stage: &Stage, branches: Branches) {
         self.place_targets(stage);
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-        let ForceParts { internal, contact, external } = &mut self.parts;
+        let ForceParts { internal, contact, external, springs } = &mut self.parts;
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let over_step = stage.over_step == OverStep::Middle;
@@ -62,6 +63,8 @@ impl<const D: usize> ContactSystem<D> {
         let factor = self.continuation.load_factor;
         let request = ContactRequest { stiffness: None, hold, branches, over_step };
         let solids = &self.bodies.solids;
+        let elastic = &mut self.bodies.elastic;
+        let damped = self.continuation.damped;
         let loads = &mut self.external;
         let phases = &self.phases;
         let fault = &mut self.fault;
@@ -81,6 +84,9 @@ impl<const D: usize> ContactSystem<D> {
                     fault.get_or_insert(inverted);
                 }
             }
+            elastic.evaluate(&u, damped.then_some(&v[..]));
+            springs.fill(0.0);
+            elastic.add_springs(springs);
             external.fill(0.0);
             loads.add_force(&Self::moment(stage, factor, &u), solids, external);
             if let Err(error) = free.add_forces(stage, factor, internal, external) {
@@ -147,28 +153,32 @@ impl<const D: usize> ContactSystem<D> {
         self.sweep(stage, branches);
         self.trouble = self.trouble.take().or_else(|| self.external.take_trouble());
         self.weigh_inertia(stage)?;
-        if let Some(damping) = &self.bodies.damping {
-            match self.continuation.damped {
-                true => damping.multiply(&stage.trial.v, &mut self.damping)?,
-                false => self.damping.set(0.0),
+        match &self.bodies.damping {
+            Some(damping) if self.continuation.damped => {
+                damping.multiply(&stage.trial.v, &mut self.damping)?;
             }
+            _ => self.damping.set(0.0),
+        }
+        if self.bodies.elastic.is_damped() {
+            self.bodies.elastic.add_dashpots(&mut self.damping.owned_mut());
         }
         let mut sums = ResidualSums::default();
         {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
-            let ForceParts { internal, contact, external } = &self.parts;
+            let ForceParts { internal, contact, external, springs } = &self.parts;
             let constrained = self.bodies.constrained();
             let damping = self.damping.owned();
             for i in 0..out.len() {
                 let body = internal[i] + damping.get(i).copied().unwrap_or(0.0);
-                forces[i] = body - external[i] - contact[i];
+                forces[i] = body + springs[i] - external[i] - contact[i];
                 let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
                 out[i] = if constrained[i] { 0.0 } else { total };
                 sums.residual += out[i] * out[i];
                 sums.internal += body * body;
                 sums.contact += contact[i] * contact[i];
                 sums.external += external[i] * external[i];
+                sums.springs += springs[i] * springs[i];
                 sums.inertia += inertia[i] * inertia[i];
             }
         }
@@ -197,7 +207,7 @@ impl<const D: usize> ContactSystem<D> {
         stage.trial.a.copy_from(&self.work)
     }
 
-    /// Computes `M a + C v + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions
+    /// Computes `M a + C v + Q + K_s u - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions
     /// on prescribed ones \[N\].
     ///
     /// Call it after [`Equations::residual`] at the same state. Collective.

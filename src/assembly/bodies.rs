@@ -9,6 +9,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::build::{extent, farthest, free_bodies, physics, supports};
 use super::contact::LocalContact;
 use super::damping::DampingMatrix;
+use super::elastic::ElasticSupports;
 use super::free_bodies::FreeBodies;
 use super::holding::Holding;
 use super::mass::{MassMatrix, Masses, Supported};
@@ -84,6 +85,8 @@ pub struct Bodies<const D: usize> {
     pub(super) extent: Extent,
     pub(super) solids: Vec<SolidElements<D>>,
     pub(super) supports: Supports<D>,
+    /// Foundations, springs and dashpots.
+    pub(super) elastic: ElasticSupports<D>,
     pub(super) mass: Option<MassMatrix>,
     /// Damping matrix; `None` without inertia or without damping.
     pub(super) damping: Option<DampingMatrix>,
@@ -118,10 +121,12 @@ impl<const D: usize> Bodies<D> {
         let pattern = Rc::new(pattern_of_elements(&local));
         let constrained = &supports.dofs.constrained;
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
+        let elastic = ElasticSupports::new(&model.elastic_supports, &local, &pattern, constrained, inertia);
+        let elastic = agree(world, elastic)?;
         let redistribution =
             if inertia { Redistribution::new(session, &local, model, &solids)? } else { None };
         let pieces = Pieces::new(world, &local, model);
-        let free = free_bodies(world, &local, &pieces, &supports);
+        let free = free_bodies(world, &local, &pieces, &supports, &elastic);
         let mut bodies = Self {
             session: session.clone(),
             units: model.units,
@@ -129,6 +134,7 @@ impl<const D: usize> Bodies<D> {
             extent,
             solids,
             supports,
+            elastic,
             mass: None,
             damping: None,
             free: free_rigid,
@@ -188,6 +194,11 @@ impl<const D: usize> Bodies<D> {
     /// The displacement boundaries with their unknowns on this rank.
     pub fn boundaries(&self) -> &[Prescribed] {
         &self.supports.dofs.boundaries
+    }
+
+    /// The foundations, springs and dashpots.
+    pub fn elastic_supports(&self) -> &ElasticSupports<D> {
+        &self.elastic
     }
 
     /// Whether each local unknown is prescribed.

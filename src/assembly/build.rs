@@ -4,6 +4,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::{LocalContact, Measures, facets_of};
+use super::elastic::ElasticSupports;
 use super::external::{self, External};
 use super::pair::SearchRadii;
 use super::pieces::Pieces;
@@ -236,11 +237,12 @@ fn extent_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> f64 {
     facets.iter().map(&mut extent).fold(0.0, f64::max)
 }
 
-/// Creates the loads.
+/// Creates the loads. Collective.
 ///
 /// # Errors
-/// If a set does not exist.
+/// A set does not exist, or it cannot carry the load; the same on all ranks.
 pub(super) fn loads<const D: usize>(
+    world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     model: &Model<D>,
     pattern: &BlockPattern,
@@ -248,6 +250,7 @@ pub(super) fn loads<const D: usize>(
 ) -> Result<External<D>> {
     let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
     External::new(
+        world,
         &model.loads,
         &external::LoadContext { local, pattern, constrained, kinematics: &kinematics },
     )
@@ -260,8 +263,9 @@ pub(super) fn free_bodies<const D: usize>(
     local: &LocalMesh<D>,
     pieces: &Pieces<D>,
     supports: &Supports<D>,
+    elastic: &ElasticSupports<D>,
 ) -> Vec<FreeBody> {
-    let held = pieces.held(world, &local.mesh, supports);
+    let held = pieces.held(world, &local.mesh, supports, elastic);
     let free =
         |group: usize| (0..D).filter(|&i| !held[group][i]).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>();
     let loose = (0..held.len()).filter(|&group| !free(group).is_empty());

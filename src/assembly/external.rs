@@ -1,6 +1,9 @@
-//! External forces: weight, tractions and pressures of the case (3.4).
+//! External forces: weight, tractions, pressures, forces and torques of the case (3.4).
 
 use std::cell::Cell;
+
+use mpi::traits::CommunicatorCollectives;
+use nalgebra::{Matrix3, Vector3};
 
 use super::contact::facets_of;
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
@@ -8,11 +11,11 @@ use super::solid::SolidElements;
 use super::supports::in_space;
 use crate::case::{Motion, PlacedFunction};
 use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, Mesh};
 use crate::model::{Load, LoadKind};
 use crate::partition::{IndexMap, LocalMesh};
-use crate::petsc::{BlockPattern, BlockValues};
+use crate::petsc::{BlockPattern, BlockValues, sum_over_ranks};
 
 /// Facets with equal numbers of nodes under one load.
 struct Patch<const D: usize> {
@@ -28,6 +31,81 @@ struct Applied<const D: usize> {
     patches: Vec<Patch<D>>,
     /// Whether the pressure follows the surface.
     follows: bool,
+    /// How a total force or torque is spread; `None` for other loads.
+    spread: Option<Spread<D>>,
+}
+
+/// How a total is spread.
+enum Spread<const D: usize> {
+    /// Over a surface.
+    Surface(SurfaceShape<D>),
+    /// In equal parts over nodes.
+    Nodes {
+        /// Owned nodes.
+        nodes: Vec<u32>,
+        /// Part of each node.
+        share: f64,
+    },
+}
+
+/// Area of a surface and its moments, the same on all ranks.
+struct SurfaceShape<const D: usize> {
+    /// \[m^(D - 1)\]
+    area: f64,
+    /// Centroid \[m\].
+    centre: [f64; D],
+    /// Inverse of `int |r|^2 1 - r r dS` about the centroid [1/m^(D + 1)]. In 2D only the entry of z.
+    inverse: Matrix3<f64>,
+}
+
+impl<const D: usize> SurfaceShape<D> {
+    /// Moments of the facets of all ranks by the quadrature of tractions. Collective.
+    ///
+    /// # Errors
+    /// The surface has no area, the same on all ranks.
+    fn new(
+        world: &impl CommunicatorCollectives,
+        local: &LocalMesh<D>,
+        facets: &[Facet],
+        name: &str,
+    ) -> Result<Self> {
+        let mine: Vec<Facet> =
+            facets.iter().filter(|facet| local.mine[facet.element as usize]).copied().collect();
+        let surface = LoadedSurface::new(&local.mesh, &mine);
+        let mut area = 0.0;
+        let mut first = [0.0; D];
+        surface.points(|point, part| {
+            area += part;
+            first.iter_mut().zip(point).for_each(|(sum, x)| *sum += part * x);
+        });
+        sum_over_ranks(world, std::iter::once(&mut area).chain(&mut first));
+        let centre = first.map(|sum| sum / area);
+        let mut second = Matrix3::zeros();
+        surface.points(|point, part| {
+            let arm = arm(&centre, point);
+            second += (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * part;
+        });
+        sum_over_ranks(world, second.iter_mut());
+        let inverse = match D {
+            2 => Some(Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 1.0 / second[(2, 2)]))),
+            _ => second.try_inverse(),
+        };
+        let inverse = inverse.filter(|inverse| inverse.iter().all(|entry| entry.is_finite()));
+        let without = || Error::case(format!("boundary '{name}': the surface has no area"));
+        Ok(Self { area, centre, inverse: inverse.ok_or_else(without)? })
+    }
+
+    /// The traction with this resultant force \[N\], and with this moment about the centroid \[N m\], at
+    /// a point \[Pa\] (3.20).
+    fn traction(&self, force: &[f64; D], moment: &Vector3<f64>, point: &[f64; D]) -> [f64; D] {
+        let turning = (self.inverse * moment).cross(&arm(&self.centre, point));
+        std::array::from_fn(|i| force[i] / self.area + turning[i])
+    }
+}
+
+/// Vector from a centre to a point, with a zero along z in 2D \[m\].
+fn arm<const D: usize>(centre: &[f64; D], point: &[f64; D]) -> Vector3<f64> {
+    Vector3::from(in_space(point)) - Vector3::from(in_space(centre))
 }
 
 /// Data of the rank that are needed to resolve the loads.
@@ -53,12 +131,23 @@ pub struct External<const D: usize> {
 }
 
 impl<const D: usize> External<D> {
-    /// Resolves the loads on the rank's mesh.
+    /// Resolves the loads on the rank's mesh. Collective.
     ///
     /// # Errors
-    /// If a set does not exist.
-    pub fn new(loads: &[Load<D>], place: &LoadContext<D>) -> Result<Self> {
-        let loads = loads.iter().map(|load| Applied::new(load, place)).collect::<Result<_>>()?;
+    /// A set does not exist, or it cannot carry the load; the same on all ranks.
+    pub fn new(
+        world: &impl CommunicatorCollectives,
+        loads: &[Load<D>],
+        place: &LoadContext<D>,
+    ) -> Result<Self> {
+        let applied = loads.iter().map(|load| Applied::new(load, place)).collect::<Result<Vec<_>>>();
+        let mut applied = agree(world, applied)?;
+        for (applied, load) in applied.iter_mut().zip(loads) {
+            if let LoadKind::Force { .. } | LoadKind::Torque(_) = load.kind {
+                applied.spread = Some(spread(world, place.local, load)?);
+            }
+        }
+        let loads = applied;
         Ok(Self { loads, dead: Vec::new(), dead_at: None, trouble: Trouble::default() })
     }
 
@@ -142,15 +231,24 @@ impl<const D: usize> Applied<D> {
         let mesh = &place.local.mesh;
         let mut bodies = vec![false; place.kinematics.len()];
         let mut facets = Vec::new();
-        if let LoadKind::BodyForce(_) = load.kind {
-            bodies[load.body] = true;
-        } else {
-            let of_body = |facet: &&Facet| usize::from(mesh.body[facet.element as usize]) == load.body;
-            facets = facets_of(place.local, &load.set)?.iter().filter(of_body).copied().collect();
+        match load.kind {
+            LoadKind::BodyForce(_) => bodies.iter_mut().enumerate().for_each(|(body, loaded)| {
+                *loaded = load.body.is_none_or(|of_load| of_load == body);
+            }),
+            // At nodes that belong to no facets of a set.
+            LoadKind::Force { .. } if !mesh.facet_sets.contains_key(&load.set) => {}
+            _ => {
+                let of_body = |facet: &&Facet| {
+                    let body = usize::from(mesh.body[facet.element as usize]);
+                    load.body.is_none_or(|of_load| of_load == body)
+                };
+                facets = facets_of(place.local, &load.set)?.iter().filter(of_body).copied().collect();
+            }
         }
-        let finite = place.kinematics[load.body] == Kinematics::Finite;
+        let finite = load.body.is_some_and(|body| place.kinematics[body] == Kinematics::Finite);
         let follows = matches!(load.kind, LoadKind::Pressure(_)) && finite;
-        Ok(Self { kind: load.kind.clone(), bodies, patches: patches(mesh, &facets, place), follows })
+        let patches = patches(mesh, &facets, place);
+        Ok(Self { kind: load.kind.clone(), bodies, patches, follows, spread: None })
     }
 
     fn add_dead(&self, time: f64, solids: &[SolidElements<D>], trouble: &Trouble, force: &mut [f64]) {
@@ -164,11 +262,28 @@ impl<const D: usize> Applied<D> {
                 }
             }
             LoadKind::Traction(components) => {
-                let density = |point: &[f64; D]| values(components, point, time, trouble);
-                for patch in &self.patches {
-                    let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
-                    patch.surface.traction(density, &mut sink);
+                self.add_traction(|point| values(components, point, time, trouble), force);
+            }
+            LoadKind::Force { components, at } => match &self.spread {
+                Some(Spread::Surface(shape)) => {
+                    let total = values(components, &shape.centre, time, trouble);
+                    let lever = at.map_or_else(Vector3::zeros, |at| arm(&shape.centre, &at));
+                    let moment = lever.cross(&Vector3::from(in_space(&total)));
+                    self.add_traction(|point| shape.traction(&total, &moment, point), force);
                 }
+                Some(Spread::Nodes { nodes, share }) => {
+                    let total = values(components, &[0.0; D], time, trouble);
+                    for &node in nodes {
+                        let entries = &mut force[node as usize * D..][..D];
+                        entries.iter_mut().zip(total).for_each(|(entry, total)| *entry += share * total);
+                    }
+                }
+                None => {}
+            },
+            LoadKind::Torque(components) => {
+                let Some(Spread::Surface(shape)) = &self.spread else { return };
+                let moment = values(components, &shape.centre, time, trouble);
+                self.add_traction(|point| shape.traction(&[0.0; D], &moment.into(), point), force);
             }
             LoadKind::Pressure(pressure) => {
                 for patch in &self.patches {
@@ -180,6 +295,14 @@ impl<const D: usize> Applied<D> {
         }
     }
 
+    /// Adds the forces of a dead traction \[Pa\] to owned rows \[N\].
+    fn add_traction(&self, density: impl Fn(&[f64; D]) -> [f64; D], force: &mut [f64]) {
+        for patch in &self.patches {
+            let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
+            patch.surface.traction(&density, &mut sink);
+        }
+    }
+
     fn pressure(&self, patch: &Patch<D>, at: &Moment, trouble: &Trouble, sink: &mut dyn ElementSink) {
         let LoadKind::Pressure(pressure) = &self.kind else { return };
         let strength = |point: &[f64; D]| at.factor * trouble.value(pressure, point, at.time);
@@ -187,12 +310,37 @@ impl<const D: usize> Applied<D> {
     }
 }
 
-fn values<const D: usize>(
-    components: &[PlacedFunction; D],
+/// Finds how the total of a load is spread over its set. Collective.
+fn spread<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    load: &Load<D>,
+) -> Result<Spread<D>> {
+    if let Some(facets) = local.mesh.facet_sets.get(&load.set) {
+        return Ok(Spread::Surface(SurfaceShape::new(world, local, facets, &load.name)?));
+    }
+    let nodes = local
+        .mesh
+        .set_nodes(&load.set)
+        .ok_or_else(|| Error::case(format!("boundary '{}': there is no set '{}'", load.name, load.set)));
+    let mut nodes = agree(world, nodes)?;
+    nodes.retain(|&node| local.index.owns(node));
+    let mut count = nodes.len() as f64;
+    sum_over_ranks(world, [&mut count]);
+    let any = if count > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::case(format!("boundary '{}': the set '{}' has no nodes", load.name, load.set)))
+    };
+    any.map(|()| Spread::Nodes { nodes, share: 1.0 / count })
+}
+
+fn values<const D: usize, const N: usize>(
+    components: &[PlacedFunction; N],
     point: &[f64; D],
     time: f64,
     trouble: &Trouble,
-) -> [f64; D] {
+) -> [f64; N] {
     std::array::from_fn(|i| trouble.value(&components[i], point, time))
 }
 

@@ -10,6 +10,11 @@ impl<const D: usize> ContactSystem<D> {
         &self.contacts
     }
 
+    /// Whether bodies are damped or there are dashpots.
+    pub fn is_damped(&self) -> bool {
+        self.bodies.is_damped() || self.bodies.elastic.is_damped()
+    }
+
     /// Damping forces on the owned unknowns at the last residual \[N\]; empty without damping.
     pub fn damping_forces(&self) -> Values<'_> {
         self.damping.owned()

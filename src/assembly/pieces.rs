@@ -6,6 +6,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::elastic::ElasticSupports;
 use super::supports::Supports;
 use crate::mesh::{DisjointSets, Mesh, spelled};
 use crate::model::{Model, Target};
@@ -102,19 +103,22 @@ impl<const D: usize> Pieces<D> {
         }
     }
 
-    /// For each group, whether a support holds it along each axis. Collective.
+    /// For each group, whether a support, foundation or spring holds it along each axis. Collective.
     pub fn held(
         &self,
         world: &impl CommunicatorCollectives,
         mesh: &Mesh<D>,
         supports: &Supports<D>,
+        elastic: &ElasticSupports<D>,
     ) -> Vec<[bool; D]> {
+        let resisted = elastic.resisted(mesh.points.len() * D);
         let mut own = vec![0u8; self.groups.len() * D];
         for element in 0..mesh.element_count() {
             let group = self.all[mesh.piece[element] as usize].group;
             for &node in mesh.element_nodes(element) {
                 for i in 0..D {
-                    own[group * D + i] |= u8::from(supports.dofs.constrained[node as usize * D + i]);
+                    let dof = node as usize * D + i;
+                    own[group * D + i] |= u8::from(supports.dofs.constrained[dof] || resisted[dof]);
                 }
             }
         }

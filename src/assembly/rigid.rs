@@ -1,8 +1,8 @@
 //! Strain-free motions that supports allow. They may be free if contact does not resist them.
 //!
 //! A piece of a body moves as a rigid body by `t + w x (x - c)` about the centre `c` of its nodes,
-//! with 3 motions in 2D and 6 in 3D. The allowed combinations vanish at all prescribed unknowns,
-//! and pieces that share a node move it equally. They use the current positions of the nodes, or
+//! with 3 motions in 2D and 6 in 3D. The allowed combinations vanish at all prescribed unknowns, do
+//! not strain foundations and springs, and pieces that share a node move it equally. They use the current positions of the nodes, or
 //! the initial ones if kinematics are linear.
 
 use mpi::collective::SystemOperation;
@@ -42,8 +42,9 @@ impl<const D: usize> Bodies<D> {
     /// For each group of pieces, the number of motions that supports allow in the undeformed state,
     /// including rotations only. Collective.
     pub(super) fn allowed_motions(&self) -> Vec<usize> {
-        let places = self.places(&vec![0.0; self.local.mesh.points.len() * D]);
-        let combinations = self.combinations(&places, &self.centres(&places));
+        let at_rest = vec![0.0; self.local.mesh.points.len() * D];
+        let places = self.places(&at_rest);
+        let combinations = self.combinations(&at_rest, &places, &self.centres(&places));
         combinations.iter().map(|found| found.motions.ncols()).collect()
     }
 
@@ -57,7 +58,7 @@ impl<const D: usize> Bodies<D> {
         let places = self.places(u);
         let centres = self.centres(&places);
         let mut found = Vec::new();
-        for (group, left) in self.combinations(&places, &centres).iter().enumerate() {
+        for (group, left) in self.combinations(u, &places, &centres).iter().enumerate() {
             let pieces = &self.pieces.groups[group];
             for column in left.motions.column_iter() {
                 let of = |piece: usize| {
@@ -109,18 +110,23 @@ impl<const D: usize> Bodies<D> {
         let mut places = vec![Place { piece: None, at: [0.0; D] }; self.local.index.owned];
         for element in 0..mesh.element_count() {
             let piece = mesh.piece[element] as usize;
-            let moves = self.names[usize::from(mesh.body[element])].kinematics != Kinematics::Linear;
             for &node in mesh.element_nodes(element) {
                 let node = node as usize;
                 let Some(place) = places.get_mut(node) else { continue };
                 if place.piece.is_some_and(|known| known <= piece) {
                     continue;
                 }
-                let at = |i: usize| mesh.points[node][i] + if moves { u[node * D + i] } else { 0.0 };
-                *place = Place { piece: Some(piece), at: std::array::from_fn(at) };
+                *place = self.place(node, piece, u);
             }
         }
         places
+    }
+
+    /// Position of a local node that belongs to this piece.
+    fn place(&self, node: usize, piece: usize, u: &[f64]) -> Place<D> {
+        let moves = self.names[self.pieces.all[piece].body].kinematics != Kinematics::Linear;
+        let at = |i: usize| self.local.mesh.points[node][i] + if moves { u[node * D + i] } else { 0.0 };
+        Place { piece: Some(piece), at: std::array::from_fn(at) }
     }
 
     /// Owned nodes with each piece that contains them.
@@ -152,8 +158,9 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Finds for each group the combinations of the motions of its pieces that are orthonormal as
-    /// fields, vanish at prescribed unknowns, and agree at nodes that pieces share. Collective.
-    fn combinations(&self, places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
+    /// fields, vanish at prescribed unknowns, do not strain foundations and springs, and agree at nodes
+    /// that pieces share. Collective.
+    fn combinations(&self, u: &[f64], places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let count = motions(D);
         let held = self.constrained();
         // Rotations are scaled by the extent, so that all motions have similar size.
@@ -169,7 +176,7 @@ impl<const D: usize> Bodies<D> {
             .collect();
         let total: usize = widths.iter().map(|width| 3 * width * width).sum();
         // Products of the motions of each group: over the unknowns of all pieces, over those of all
-        // nodes once, and over the constraints.
+        // nodes once, and over the constraints, foundations and springs.
         let mut own = vec![0.0; total];
         let moved = |node: usize, piece: usize| -> Vec<[f64; D]> {
             let arm = places[node].arm(&centres[piece].at);
@@ -214,6 +221,32 @@ impl<const D: usize> Bodies<D> {
                     let apart = (0..count).map(|k| (begin + k, one[k][i]));
                     let terms: Vec<_> = apart.chain((0..count).map(|k| (start + k, -other[k][i]))).collect();
                     add(group, 2, &terms);
+                }
+            }
+        }
+        for felt in self.elastic.felt().filter(|felt| felt.counted) {
+            let piece = match felt.element {
+                Some(element) => Some(self.local.mesh.piece[element as usize] as usize),
+                None => places[felt.nodes[0] as usize].piece,
+            };
+            let Some(piece) = piece else { continue };
+            let (group, begin) = first(piece);
+            let width = widths[group];
+            let products = &mut own[starts[group] + 2 * width * width..][..width * width];
+            let moved: Vec<Vec<[f64; D]>> = felt
+                .nodes
+                .iter()
+                .map(|&node| {
+                    let arm = self.place(node as usize, piece, u).arm(&centres[piece].at);
+                    (0..count).map(|k| displacement::<D>(k, &arm).map(|value| scale(k) * value)).collect()
+                })
+                .collect();
+            for (pair, block) in felt.matrix.chunks_exact(D * D).enumerate() {
+                let [a, b] = [pair / felt.nodes.len(), pair % felt.nodes.len()];
+                for (k, l) in (0..count * count).map(|kl| (kl / count, kl % count)) {
+                    let sum: f64 =
+                        (0..D * D).map(|ij| moved[a][k][ij / D] * block[ij] * moved[b][l][ij % D]).sum();
+                    products[(begin + k) * width + begin + l] += sum;
                 }
             }
         }

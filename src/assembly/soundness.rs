@@ -18,6 +18,7 @@ pub(super) fn unsound_force<const D: usize>(system: &ContactSystem<D>) -> Option
         ("internal force", &system.parts.internal),
         ("contact force", &system.parts.contact),
         ("load", &system.parts.external),
+        ("force of a foundation or spring", &system.parts.springs),
     ];
     let owned = system.bodies.local.index.owned * D;
     forces.iter().find_map(|(what, force)| {

@@ -14,7 +14,7 @@ use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::{Changes, Hold};
 use crate::dynamics::{Continuation, MatrixSource, OverStep, SearchSource, Split, Stage};
 use crate::element::Inverted;
-use crate::error::{Error, Result, agree};
+use crate::error::{Error, Result};
 use crate::model::{Model, RigidModel};
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Matrix, Session, Vector};
@@ -34,6 +34,8 @@ pub(super) struct ForceParts {
     pub internal: Vec<f64>,
     pub contact: Vec<f64>,
     pub external: Vec<f64>,
+    /// Forces of foundations and springs.
+    pub springs: Vec<f64>,
 }
 
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`,
@@ -46,11 +48,11 @@ pub struct ContactSystem<const D: usize> {
     pub(super) external: External<D>,
     overclosures: Vec<Overclosure<D>>,
     pub(super) parts: ForceParts,
-    /// `Q + C v - F_ext - F_n - F_T` at the last trial state \[N\].
+    /// `Q + K_s u + C v - F_ext - F_n - F_T` at the last trial state \[N\].
     pub(super) forces: Vector,
     /// `M a` at the last trial state \[N\].
     pub(super) inertia: Vector,
-    /// `C v` at the last trial state \[N\]; without entries if nothing is damped.
+    /// `C v` of bodies and dashpots at the last trial state \[N\]; without entries if nothing is damped.
     pub(super) damping: Vector,
     pub(super) work: Vector,
     pub(super) matrix: Matrix,
@@ -116,7 +118,7 @@ impl<const D: usize> ContactSystem<D> {
         let mut contacts = contacts(world, &bodies.local, &anchored)?;
         contacts.iter_mut().for_each(|contact| contact.state.round_gaps(known));
         contacts.iter_mut().for_each(|contact| contact.pair.find_pose(&bodies.free));
-        let external = agree(world, loads(&bodies.local, model, &bodies.pattern, bodies.constrained()))?;
+        let external = loads(world, &bodies.local, model, &bodies.pattern, bodies.constrained())?;
         let index = &bodies.local.index;
         let forces = Vector::ghosted(session, index.owned, D, &index.ghosts)?;
         let rows = index.owned * D;
@@ -128,7 +130,7 @@ impl<const D: usize> ContactSystem<D> {
             search: None,
             pattern_search: None,
             inertia: forces.like_if(options.inertia)?,
-            damping: forces.like_if(bodies.damping.is_some())?,
+            damping: forces.like_if(bodies.damping.is_some() || bodies.elastic.is_damped())?,
             work: forces.like()?,
             forces,
             symmetric_steps: model.has_symmetric_steps(),
@@ -142,6 +144,7 @@ impl<const D: usize> ContactSystem<D> {
                 internal: vec![0.0; rows],
                 contact: vec![0.0; rows],
                 external: vec![0.0; rows],
+                springs: vec![0.0; rows],
             },
             overclosures,
             continuation: Continuation { start_factor: 0.0, ..Continuation::default() },

@@ -48,6 +48,9 @@ impl<const D: usize> ContactSystem<D> {
         let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
         let constrained = &self.bodies.supports.dofs.constrained;
         let solids = &self.bodies.solids;
+        let elastic = &self.bodies.elastic;
+        let of_dashpots = if self.continuation.damped { Terms::DAMPING } else { Terms::empty() };
+        let of_elastic = terms & (Terms::SPRINGS | of_dashpots);
         let contacts = &mut self.contacts;
         let external = &self.external;
         let shifts = stage.shifts;
@@ -103,6 +106,10 @@ impl<const D: usize> ContactSystem<D> {
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
                     let done = solid.add_stiffness(&at, terms, constrained, values, lift);
                     inverted = inverted.and(done);
+                }
+                if !of_elastic.is_empty() && !elastic.is_empty() {
+                    let lift = lift.as_mut().map(LiftTarget::reborrow);
+                    elastic.add_stiffness(of_elastic, shifts.velocity, constrained, values, lift);
                 }
                 if terms.contains(Terms::FOLLOWING_LOAD) {
                     external.add_stiffness(&Self::moment(stage, load_factor, &u), constrained, values, lift);

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::components::{Components, Force, Torque};
+use super::elastic::{Foundation, Spring};
 use super::sets::SetNames;
 use crate::reader::at::At;
 use crate::reader::function::{Varying, VaryingAcceleration, VaryingLength, VaryingPressure};
@@ -25,28 +27,20 @@ pub struct Boundary {
     /// Pressure on facets [Pa of current area], positive towards the body; a follower load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure: Option<At<VaryingPressure>>,
-}
-
-/// Values in the given directions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Components<const KG: i8, const M: i8, const S: i8> {
-    /// Along x.
+    /// Total dead force \[N\]: spread uniformly over the reference area of facets, or shared equally by
+    /// the nodes of a set of points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub x: Option<Varying<KG, M, S>>,
-    /// Along y.
+    pub force: Option<At<Force>>,
+    /// Total dead torque on facets \[N m\]: a traction without resultant force that varies linearly over
+    /// the reference surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub y: Option<Varying<KG, M, S>>,
-    /// Along z, in 3D only.
+    pub torque: Option<At<Torque>>,
+    /// Springs and dashpots between facets and the ground, per reference area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub z: Option<Varying<KG, M, S>>,
-}
-
-impl<const KG: i8, const M: i8, const S: i8> Components<KG, M, S> {
-    /// In the order of the directions.
-    pub fn as_array(&self) -> [Option<&Varying<KG, M, S>>; 3] {
-        [self.x.as_ref(), self.y.as_ref(), self.z.as_ref()]
-    }
+    pub foundation: Option<At<Foundation>>,
+    /// A spring and a dashpot between each node of the set and the ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring: Option<At<Spring>>,
 }
 
 /// What a boundary does.
@@ -60,6 +54,35 @@ pub enum Action<'a> {
     Traction([Option<&'a VaryingPressure>; 3]),
     /// Follower pressure \[Pa\], positive towards the body.
     Pressure(&'a VaryingPressure),
+    /// Total force on a surface or on nodes \[N\].
+    Force(&'a Force),
+    /// Total torque on a surface \[N m\].
+    Torque([Option<&'a Varying<1, 2, -2>>; 3]),
+    /// Springs and dashpots on a surface.
+    Foundation(&'a Foundation),
+    /// Springs and dashpots at nodes.
+    Spring(&'a Spring),
+}
+
+impl Action<'_> {
+    /// Whether it acts on facets only.
+    pub fn needs_facets(&self) -> bool {
+        match self {
+            Action::Traction(_) | Action::Pressure(_) | Action::Torque(_) | Action::Foundation(_) => true,
+            Action::Force(force) => force.at.is_some(),
+            Action::Displacement(_) | Action::Gravity(_) | Action::Spring(_) => false,
+        }
+    }
+
+    /// Whether it can hold a body at rest.
+    pub fn holds(&self) -> bool {
+        match self {
+            Action::Displacement(_) => true,
+            Action::Foundation(foundation) => foundation.stiffness.is_some(),
+            Action::Spring(spring) => spring.stiffness.is_some(),
+            _ => false,
+        }
+    }
 }
 
 impl Boundary {
@@ -69,6 +92,10 @@ impl Boundary {
         let gravity = self.gravity.as_ref().map(|value| Action::Gravity(value));
         let traction = self.traction.as_ref().map(|value| Action::Traction(value.as_array()));
         let pressure = self.pressure.as_ref().map(|value| Action::Pressure(value));
-        [displacement, gravity, traction, pressure].into_iter().flatten()
+        let force = self.force.as_ref().map(|value| Action::Force(value));
+        let torque = self.torque.as_ref().map(|value| Action::Torque(value.as_array()));
+        let foundation = self.foundation.as_ref().map(|value| Action::Foundation(value));
+        let spring = self.spring.as_ref().map(|value| Action::Spring(value));
+        [displacement, gravity, traction, pressure, force, torque, foundation, spring].into_iter().flatten()
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::boundary::Components;
+use super::components::Components;
 use crate::contact::obstacle::Obstacle;
 use crate::reader::at::At;
 use crate::reader::function::VaryingAcceleration;
@@ -43,7 +43,8 @@ pub struct FreeMotion {
     /// Centre of mass in the reference configuration \[m\]; the centre of the shape if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<At<Vec<Length>>>,
-    /// Directions in which the body does not move: x, y, z, and rx, ry, rz for rotations (2D: rz).
+    /// Directions in which the body does not move: `ux`, `uy`, `uz`, and the rotations `rx`, `ry`,
+    /// `rz` (2D: `ux`, `uy`, `rz`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<At<Degree>>,
     /// Force at the centre of mass [N, per metre of depth in 2D].
@@ -68,11 +69,11 @@ pub struct FreeMotion {
 #[serde(rename_all = "lowercase")]
 pub enum Degree {
     /// Displacement along x.
-    X,
+    Ux,
     /// Displacement along y.
-    Y,
+    Uy,
     /// Displacement along z.
-    Z,
+    Uz,
     /// Rotation about the axis of the body that is initially x.
     Rx,
     /// Rotation about the axis of the body that is initially y.
@@ -84,7 +85,7 @@ pub enum Degree {
 impl Degree {
     /// Direction of a displacement; `None` for a rotation.
     pub fn direction(self) -> Option<usize> {
-        [Self::X, Self::Y, Self::Z].iter().position(|&degree| degree == self)
+        [Self::Ux, Self::Uy, Self::Uz].iter().position(|&degree| degree == self)
     }
 
     /// Axis of a rotation; `None` for a displacement.

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::files;
 
 /// The format that this program writes, and the only one that it reads.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 const MAGIC: &[u8; 25] = b"contact-petsc checkpoint\n";
 /// Magic, format and length of the header.
@@ -285,9 +285,9 @@ mod tests {
         std::fs::write(&path, [&whole[..], b"more"].concat()).unwrap();
         assert!(verify(&path).is_err());
         let mut later = whole.clone();
-        later[MAGIC.len()] = 5;
+        later[MAGIC.len()] = FORMAT as u8 + 1;
         std::fs::write(&path, &later).unwrap();
-        assert!(verify(&path).unwrap_err().message.contains("format 5; this program reads format 4"));
+        assert!(verify(&path).unwrap_err().message.contains(&format!("format {}; this program reads format {FORMAT}", FORMAT + 1)));
     }
 
     /// A writer that is dropped before it finishes leaves no file.

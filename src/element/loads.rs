@@ -1,11 +1,12 @@
-//! External forces: body force, dead traction, and follower pressure.
+//! Forces on elements and surfaces: body force, dead traction, follower pressure, and foundation.
 
 use super::ElementSink;
 use super::group::ElementGroup;
 use super::kinematics::reference_gradients;
+use crate::error::Result;
 use crate::mesh::{ElementKind, Facet, Mesh};
 use crate::space::{ShapeTable, area_variation, facet_normal, facet_tangents, reference};
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 
 impl<const D: usize> ElementGroup<D> {
     /// `F_ext = int rho N^T b dV` of each element \[N\] for a force `b` per mass [m/s^2] at a
@@ -118,6 +119,56 @@ impl<const D: usize> LoadedSurface<D> {
             }
             sink.element(index, &force, None);
         }
+    }
+
+    /// Passes the reference position \[m\] of each quadrature point of all facets and its part of the
+    /// reference area \[m^(D - 1)\] to `receive`. These are the points of [`traction`](Self::traction).
+    pub fn points(&self, mut receive: impl FnMut(&[f64; D], f64)) {
+        for facet in &self.facets {
+            for point in self.quadrature(facet) {
+                let area = facet_normal(&facet_tangents(&facet.points, point.dn)).norm();
+                receive(&facet.place(point.n), area * point.weight);
+            }
+        }
+    }
+
+    /// Reference area of the facet at `index` \[m^(D - 1)\].
+    pub fn area(&self, index: usize) -> f64 {
+        let facet = &self.facets[index];
+        let part =
+            |point: FacetPoint| facet_normal(&facet_tangents(&facet.points, point.dn)).norm() * point.weight;
+        self.quadrature(facet).map(part).sum()
+    }
+
+    /// Appends `K_ab = int N_a N_b k dS` (3.19) of the facet at `index` to `matrix`: a block for each pair
+    /// of nodes, all row-major. The symmetric matrix `k` of coefficients per area is given at a
+    /// reference point \[m\] with its outward unit normal.
+    ///
+    /// # Errors
+    /// The first error of `coefficients`.
+    pub fn resistance(
+        &self,
+        index: usize,
+        coefficients: impl Fn(&[f64; D], &Vector<D>) -> Result<Tensor<D>>,
+        matrix: &mut Vec<f64>,
+    ) -> Result<()> {
+        let facet = &self.facets[index];
+        let m = facet.nodes.len();
+        let start = matrix.len();
+        matrix.resize(start + m * m * D * D, 0.0);
+        let matrix = &mut matrix[start..];
+        for point in self.quadrature(facet) {
+            let normal = facet_normal(&facet_tangents(&facet.points, point.dn));
+            let area = normal.norm();
+            let k = coefficients(&facet.place(point.n), &(normal / area))? * (area * point.weight);
+            for (pair, block) in matrix.chunks_exact_mut(D * D).enumerate() {
+                let weight = point.n[pair / m] * point.n[pair % m];
+                for (ij, entry) in block.iter_mut().enumerate() {
+                    *entry += weight * k[(ij / D, ij % D)];
+                }
+            }
+        }
+        Ok(())
     }
 
     /// `F_ext = -int p N^T n ds` (3.16) of each facet \[N\] for a pressure `p` \[Pa\], positive

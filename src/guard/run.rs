@@ -68,8 +68,9 @@ impl RunGuard {
     }
 
     fn grow(&mut self, e: &Energies) {
-        let sizes = [e.kinetic, e.strain, e.contact, e.friction_dissipated, e.external_work, e.total()];
-        self.scale = sizes.iter().fold(self.scale, |scale, size| scale.max(size.abs()));
+        let stored = [e.kinetic, e.strain, e.contact, e.springs, e.total()];
+        let sizes = stored.into_iter().chain([e.friction_dissipated, e.external_work]);
+        self.scale = sizes.fold(self.scale, |scale, size| scale.max(size.abs()));
     }
 
     /// Warns once of an impact in the step in `stage`. Call it before the step is accepted.
@@ -177,7 +178,9 @@ fn culprit(before: &Energies, now: &Energies, made: bool) -> (&'static str, f64)
         ("kinetic energy", now.kinetic - before.kinetic),
         ("strain energy", now.strain - before.strain),
         ("contact energy", now.contact - before.contact),
+        ("energy of springs", now.springs - before.springs),
         ("frictional heat", now.friction_dissipated - before.friction_dissipated),
+        ("heat of damping", now.damping_dissipated - before.damping_dissipated),
         ("work of loads and supports", before.external_work - now.external_work),
     ];
     let sign = if made { 1.0 } else { -1.0 };

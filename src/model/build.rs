@@ -5,10 +5,10 @@ use std::rc::Rc;
 
 use super::body_sets::bodies_of;
 use super::{
-    Body, ContactModel, FreeBodyModel, Load, LoadKind, MassChoice, Model, ProbeModel, RayleighFactors,
-    RigidDrive, RigidModel, Support, Target, lengths,
+    Body, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, Load, LoadKind, MassChoice,
+    Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Support, Target, lengths,
 };
-use crate::case::{self, Action, Case, Function, PlacedFunction, SetNames};
+use crate::case::{self, Action, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying};
 use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::element::{Formulation, Kinematics, Locking};
@@ -33,6 +33,7 @@ impl<const D: usize> Model<D> {
             rigid,
             contacts,
             supports: Vec::new(),
+            elastic_supports: Vec::new(),
             loads: Vec::new(),
             probes: Vec::new(),
         };
@@ -54,7 +55,35 @@ impl<const D: usize> Model<D> {
         let set = on.value.clone();
         let bodies = bodies_of(case, on);
         let zero = || PlacedFunction::from(Function::constant(0.0));
+        let mut whole = false;
         let kind = match action {
+            Action::Foundation(case::Foundation { stiffness, damping }) => {
+                let stiffness = directional(case, stiffness.as_deref());
+                let damping = directional(case, damping.as_deref());
+                let on = Grounded::Surface;
+                self.elastic_supports.push(ElasticSupport { name, set, on, stiffness, damping });
+                return;
+            }
+            Action::Spring(case::Spring { stiffness, damping }) => {
+                let stiffness = of_axes(case, stiffness.as_deref().map(Components::as_array));
+                let damping = of_axes(case, damping.as_deref().map(Components::as_array));
+                let on = Grounded::Nodes;
+                self.elastic_supports.push(ElasticSupport { name, set, on, stiffness, damping });
+                return;
+            }
+            Action::Force(force) => {
+                whole = true;
+                let given = force.as_array();
+                LoadKind::Force {
+                    components: std::array::from_fn(|i| given[i].map_or_else(zero, |f| case.function(f))),
+                    at: force.at.as_ref().map(|at| lengths(at)),
+                }
+            }
+            Action::Torque(torque) => {
+                whole = true;
+                let components = torque.map(|component| component.map_or_else(zero, |f| case.function(f)));
+                LoadKind::Torque(Box::new(components))
+            }
             Action::Displacement(components) => {
                 let components = std::array::from_fn(|i| components[i].map(|f| case.function(f)));
                 self.supports.push(Support { name, set, bodies, components });
@@ -68,8 +97,11 @@ impl<const D: usize> Model<D> {
             }
             Action::Pressure(p) => LoadKind::Pressure(case.function(p)),
         };
-        let of_body = |body| Load { name: name.clone(), set: set.clone(), body, kind: kind.clone() };
-        self.loads.extend(bodies.into_iter().map(of_body));
+        let on = |body| Load { name: name.clone(), set: set.clone(), body, kind: kind.clone() };
+        match whole {
+            true => self.loads.push(on(None)),
+            false => self.loads.extend(bodies.into_iter().map(|body| on(Some(body)))),
+        }
     }
 
     fn contact(
@@ -115,6 +147,30 @@ impl<const D: usize> Model<D> {
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
         }
+    }
+}
+
+/// Coefficients along the axes.
+fn of_axes<const D: usize, const KG: i8, const M: i8, const S: i8>(
+    case: &Case,
+    given: Option<[Option<&Varying<KG, M, S>>; 3]>,
+) -> Coefficients<D> {
+    let given = given.unwrap_or([None; 3]);
+    let axes = std::array::from_fn(|i| given[i].map(|function| case.function(function)));
+    Coefficients { axes, ..Coefficients::NONE }
+}
+
+/// Coefficients by direction; none if absent.
+fn directional<const D: usize, const KG: i8, const M: i8, const S: i8>(
+    case: &Case,
+    given: Option<&Directional<KG, M, S>>,
+) -> Coefficients<D> {
+    let [normal, tangential] = given.map_or([None; 2], Directional::of_surface);
+    let placed = |function: Option<&Varying<KG, M, S>>| function.map(|function| case.function(function));
+    Coefficients {
+        normal: placed(normal),
+        tangential: placed(tangential),
+        ..of_axes(case, given.map(Directional::of_axes))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::case::{self, Action, At, Case, SetNames};
+use crate::case::{self, At, Case, SetNames};
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, Mesh, SetKind};
 
@@ -21,8 +21,7 @@ pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
         }
     }
     for (_, boundary) in case.boundary.iter() {
-        let acts_on_facets = |action| matches!(action, Action::Traction(_) | Action::Pressure(_));
-        look(&boundary.on, boundary.actions().any(acts_on_facets));
+        look(&boundary.on, boundary.actions().any(|action| action.needs_facets()));
     }
     faults
 }

@@ -19,9 +19,12 @@ pub struct Energies {
     pub strain: f64,
     /// Energy stored by the contact laws.
     pub contact: f64,
+    /// Energy stored by foundations and springs.
+    #[serde(default)]
+    pub springs: f64,
     /// Heat from friction since the start.
     pub friction_dissipated: f64,
-    /// Heat from damping since the start.
+    /// Heat from damping and dashpots since the start.
     pub damping_dissipated: f64,
     /// Work of loads, supports and rigid bodies since the start.
     pub external_work: f64,
@@ -38,9 +41,9 @@ impl Energies {
         })
     }
 
-    /// Sum of kinetic, strain and contact energy.
+    /// Sum of kinetic and stored energies.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.strain + self.contact
+        self.kinetic + self.strain + self.contact + self.springs
     }
 }
 
@@ -57,15 +60,18 @@ pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
     energy("kinetic", "kinetic energy", |energies| energies.kinetic),
     energy("strain", "strain energy of the bodies", |energies| energies.strain),
     energy("contact", "energy stored by the contact laws", |energies| energies.contact),
+    energy("springs", "energy stored by foundations and springs", |energies| energies.springs),
     energy("friction_dissipated", "heat from friction since the start", |energies| {
         energies.friction_dissipated
     }),
-    energy("damping_dissipated", "heat from damping since the start", |energies| energies.damping_dissipated),
+    energy("damping_dissipated", "heat from damping and dashpots since the start", |energies| {
+        energies.damping_dissipated
+    }),
     energy("external_work", "work of loads, supports and moving rigid bodies since the start", |energies| {
         energies.external_work
     }),
     energy("numerical", "energy that the balance leaves over", |energies| energies.numerical),
-    energy("total", "sum of kinetic, strain and contact energy", Energies::total),
+    energy("total", "sum of kinetic, strain and contact energy and that of springs", Energies::total),
 ];
 
 const fn energy(name: &'static str, about: &'static str, value: fn(&Energies) -> f64) -> Column<Energies> {
@@ -102,7 +108,7 @@ pub struct Momentum {
 pub struct EnergyLedger {
     /// Loads and reactions at the start of the step \[N\].
     drive: Vec<f64>,
-    /// Whether bodies are damped.
+    /// Whether there is damping.
     damped: bool,
     /// Damping forces at the start of the step \[N\]; empty without damping.
     damping: Vec<f64>,
@@ -149,6 +155,7 @@ struct StepEnergies {
     kinetic: f64,
     strain: f64,
     contact: f64,
+    springs: f64,
     heat: f64,
     damping: f64,
     work: f64,
@@ -180,7 +187,7 @@ pub struct Balances {
     pub now: Energies,
     /// Bound on the error of the work \[J\].
     pub work_error: f64,
-    /// Whether bodies are damped.
+    /// Whether there is damping.
     damped: bool,
     /// Forces and work of the rigid bodies.
     rigid: Vec<RigidWork>,
@@ -299,8 +306,8 @@ impl EnergyLedger {
         reactions: Vector,
     ) -> Result<Self> {
         let mut ledger = Self::empty(reactions)?;
-        let StepEnergies { kinetic, strain, contact, .. } = ledger.step(system, stage, 0.0)?;
-        ledger.now = Energies { kinetic, strain, contact, ..Energies::default() };
+        let StepEnergies { kinetic, strain, contact, springs, .. } = ledger.step(system, stage, 0.0)?;
+        ledger.now = Energies { kinetic, strain, contact, springs, ..Energies::default() };
         ledger.at_start = ledger.now.total();
         Ok(ledger)
     }
@@ -317,17 +324,19 @@ impl EnergyLedger {
     ) -> Result<Energies> {
         let dt = stage.dt;
         let before = (!stage.inertia).then(|| (self.drive.clone(), self.rigid.clone()));
-        let StepEnergies { kinetic, strain, contact, heat, damping, work } = self.step(system, stage, dt)?;
+        let StepEnergies { kinetic, strain, contact, springs, heat, damping, work } =
+            self.step(system, stage, dt)?;
         before.map_or(Ok(()), |(drive, rigid)| self.add_work_error(system, stage, &drive, &rigid))?;
         let friction_dissipated = self.now.friction_dissipated + heat;
         let damping_dissipated = self.now.damping_dissipated + damping;
         let external_work = self.now.external_work + work;
-        let gained = kinetic + strain + contact - self.at_start;
+        let gained = kinetic + strain + contact + springs - self.at_start;
         let numerical = external_work - gained - friction_dissipated - damping_dissipated;
         self.now = Energies {
             kinetic,
             strain,
             contact,
+            springs,
             friction_dissipated,
             damping_dissipated,
             external_work,
@@ -443,7 +452,9 @@ impl EnergyLedger {
         let by_rigid = self.work_of_rigid(system, stage)?;
         system.imbalance(stage, &mut self.reactions)?;
         let u = stage.trial.u.local();
-        let mut own = StepEnergies { strain: system.bodies().strain_energy(&u), ..StepEnergies::default() };
+        let strain = system.bodies().strain_energy(&u);
+        let springs = system.bodies().elastic_supports().stored_energy(&u);
+        let mut own = StepEnergies { strain, springs, ..StepEnergies::default() };
         (own.kinetic, self.momentum) = self.motion(system, stage)?;
         for contact in system.contacts() {
             let energy = contact.energy(dt);
@@ -461,16 +472,16 @@ impl EnergyLedger {
             *drive = now;
         }
         let damping = system.damping_forces();
-        self.damped = system.bodies().is_damped();
+        self.damped = system.is_damped();
         self.damping.resize(damping.len(), 0.0);
         for (i, (force, &now)) in self.damping.iter_mut().zip(damping.iter()).enumerate() {
             let mean = if stage.over_step == OverStep::End { now } else { 0.5 * (*force + now) };
             own.damping += mean * (u[i] - before[i]);
             *force = now;
         }
-        let StepEnergies { kinetic, strain, contact, heat, damping, work } = &mut own;
+        let StepEnergies { kinetic, strain, contact, springs, heat, damping, work } = &mut own;
         let Momentum { linear, angular } = &mut self.momentum;
-        let energies = [kinetic, strain, contact, heat, damping, work].into_iter();
+        let energies = [kinetic, strain, contact, springs, heat, damping, work].into_iter();
         sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular));
         own.work += by_rigid;
         Ok(own)
@@ -603,7 +614,7 @@ mod tests {
         let energies = headings::<2>(ENERGY_COLUMNS.iter().map(|column| &column.quantity)).join(",");
         assert_eq!(
             energies,
-            "kinetic [J],strain [J],contact [J],friction_dissipated [J],damping_dissipated [J],external_work [J],\
+            "kinetic [J],strain [J],contact [J],springs [J],friction_dissipated [J],damping_dissipated [J],external_work [J],\
              numerical [J],total [J]"
         );
         let momentum = || MOMENTUM_COLUMNS.iter().map(|column| &column.quantity);
@@ -619,13 +630,15 @@ mod tests {
             kinetic: 1.0,
             strain: 2.0,
             contact: 3.0,
-            friction_dissipated: 4.0,
-            damping_dissipated: 5.0,
-            external_work: 6.0,
-            numerical: 7.0,
+            springs: 4.0,
+            friction_dissipated: 5.0,
+            damping_dissipated: 6.0,
+            external_work: 7.0,
+            numerical: 8.0,
         };
         let cells: Vec<_> = ENERGY_COLUMNS.iter().flat_map(|column| column.cells::<2>(&energies)).collect();
-        let expected = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 6.0].map(super::super::quantity::Cell::Number);
+        let expected =
+            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0].map(super::super::quantity::Cell::Number);
         assert_eq!(cells, expected);
         assert!(energies.is_finite() && !Energies { numerical: f64::NAN, ..energies }.is_finite());
     }

@@ -1,13 +1,13 @@
-//! `reactions.csv`: force and moment of each support. One entry of [`REACTION_COLUMNS`] is one column.
+//! `reactions.csv`: force and moment of each support, foundation and spring. One entry of [`REACTION_COLUMNS`] is one column.
 
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
 use crate::petsc::{Vector, sum_over_ranks};
 
-/// Reaction of one support, the same on all ranks.
+/// Reaction of one support, foundation or boundary with springs, the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
-    /// Name of the support.
+    /// Name of the boundary.
     pub name: String,
     /// Force that it exerts on the bodies \[N\], per metre of depth in 2D.
     pub force: [f64; 3],
@@ -18,7 +18,7 @@ pub struct Reaction {
 /// The table of all supports.
 pub const REACTION_FILE: TableFile = TableFile {
     name: "reactions.csv",
-    rows: "one per step and displacement boundary",
+    rows: "one per step and boundary with a displacement, a foundation or springs",
     keys: &[STEP, TIME, Quantity::number("boundary", "", "name of the boundary in the case")],
 };
 
@@ -28,7 +28,7 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
         quantity: Quantity::vector(
             "force",
             "N",
-            "force of the support on the bodies, with the inertia of the nodes that it moves",
+            "force of the support on the bodies, with the inertia of the nodes that it moves; of a foundation or of springs, the sum over its facets or nodes",
         ),
         value: Value::Vector(|reaction| reaction.force),
     },
@@ -42,24 +42,35 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
     },
 ];
 
-/// Reactions of all supports at the displacement `u` \[m\] from the imbalance at the nodes \[N\].
+/// Reactions of all supports at the displacement `u` \[m\] from the imbalance at the nodes \[N\], then
+/// those of foundations and springs at the last evaluation.
 /// Collective.
 pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalance: &Vector) -> Vec<Reaction> {
     let (u, imbalance) = (u.owned(), imbalance.owned());
     let local = system.bodies().local();
     let mut reactions: Vec<Reaction> = Vec::new();
+    let add = |reaction: &mut Reaction, node: usize, axis: usize, own: f64| {
+        let at = |i: usize| if i < D { local.mesh.points[node][i] + u[node * D + i] } else { 0.0 };
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        reaction.force[axis] += own;
+        reaction.moment[next] += at(last) * own;
+        reaction.moment[last] -= at(next) * own;
+    };
+    let none = |name: &str| Reaction { name: name.to_owned(), force: [0.0; 3], moment: [0.0; 3] };
     for boundary in system.bodies().boundaries() {
-        let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
+        let mut reaction = none(&boundary.name);
         for &(node, component) in boundary.entries.iter().filter(|(node, _)| local.index.owns(*node)) {
             let (node, axis) = (node as usize, usize::from(component));
-            let own = imbalance[node * D + axis];
-            let at = |i: usize| if i < D { local.mesh.points[node][i] + u[node * D + i] } else { 0.0 };
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            force[axis] += own;
-            moment[next] += at(last) * own;
-            moment[last] -= at(next) * own;
+            add(&mut reaction, node, axis, imbalance[node * D + axis]);
         }
-        reactions.push(Reaction { name: boundary.name.clone(), force, moment });
+        reactions.push(reaction);
+    }
+    for (name, forces) in system.bodies().elastic_supports().forces() {
+        let mut reaction = none(name);
+        for (node, force) in forces {
+            (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));
+        }
+        reactions.push(reaction);
     }
     let parts =
         reactions.iter_mut().flat_map(|reaction| reaction.force.iter_mut().chain(&mut reaction.moment));

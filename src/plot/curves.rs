@@ -165,10 +165,11 @@ fn together(
     Ok(Some(Figure { title, legend, panels, columns: 1 }))
 }
 
-const ENERGIES: [&str; 8] = [
+const ENERGIES: [&str; 9] = [
     "kinetic",
     "strain",
     "contact",
+    "springs",
     "friction_dissipated",
     "damping_dissipated",
     "external_work",

@@ -117,6 +117,7 @@ fn ledger(time: f64, friction: f64) -> Energies {
         kinetic,
         strain,
         contact: 15.0,
+        springs: 0.0,
         friction_dissipated: 700.0 * s * s * friction,
         damping_dissipated: 0.0,
         external_work: 1500.0 * s,

@@ -227,6 +227,23 @@ impl PlacedFunction {
         let cure = "it must be finite wherever it acts: bound its arguments, for example with max(x, 0)";
         Err(self.source.error(&complaint.hint(cure)))
     }
+
+    /// Value of a coefficient that is constant in time, at a point \[m\].
+    ///
+    /// # Errors
+    /// It is not finite, too large, or negative; at the place of the function in the case.
+    pub fn coefficient<const D: usize>(&self, point: &[f64; D]) -> crate::error::Result<f64> {
+        let place = std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0));
+        let motion = self.motion(place, 0.0);
+        self.require_sound(&motion, point, 0.0)?;
+        if motion.value >= 0.0 {
+            return Ok(motion.value);
+        }
+        let point = point.map(|x| x.to_string()).join(", ");
+        let message = format!("the coefficient is negative: {} at the point [{point}]", motion.value);
+        let cure = "it must be >= 0 wherever it acts; cut it off, for example with max(x, 0)";
+        Err(self.source.error(&Complaint::new(message).at(self.place).hint(cure)))
+    }
 }
 
 /// A function that is written in no case.

@@ -13,7 +13,7 @@ impl PartialEq for Dimension {
 }
 
 /// Name, exponents of kg, m, s, and a way to write it; what errors say of a dimension.
-const NAMES: [(&str, [i8; 3], &str); 16] = [
+const NAMES: [(&str, [i8; 3], &str); 18] = [
     ("a pure number", [0, 0, 0], "0.45"),
     ("a length", [0, 1, 0], "0.5 mm"),
     ("an area", [0, 2, 0], "2 cm2"),
@@ -28,7 +28,9 @@ const NAMES: [(&str, [i8; 3], &str); 16] = [
     ("a pressure", [1, -1, -2], "5 MPa"),
     ("a compliance", [-1, 2, 2], "1e-10 m/Pa"),
     ("a stiffness per area", [1, -2, -2], "1 GPa/m"),
-    ("an energy", [1, 2, -2], "3 kJ"),
+    ("a damping coefficient", [1, 0, -1], "50 N s/m"),
+    ("a damping coefficient per area", [1, -2, -1], "2 MPa s/m"),
+    ("an energy or a torque", [1, 2, -2], "3 kJ"),
     ("a power", [1, 2, -3], "3 kW"),
 ];
 

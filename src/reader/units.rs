@@ -68,7 +68,7 @@ const CUSTOMARY: [(Part, &str, f64); 2] =
 type Writing = ([i8; 3], &'static [(Part, i8)]);
 
 /// How derived units are written, by the exponents of mass, length and time; what is not listed is written in base units.
-const WRITTEN: [Writing; 18] = [
+const WRITTEN: [Writing; 20] = [
     ([0, 1, 0], &[(Part::Length, 1)]),
     ([0, 2, 0], &[(Part::Length, 2)]),
     ([0, 3, 0], &[(Part::Length, 3)]),
@@ -83,6 +83,8 @@ const WRITTEN: [Writing; 18] = [
     ([1, -1, -2], &[(Part::Pressure, 1)]),
     ([-1, 2, 2], &[(Part::Length, 1), (Part::Pressure, -1)]),
     ([1, -2, -2], &[(Part::Pressure, 1), (Part::Length, -1)]),
+    ([1, 0, -1], &[(Part::Force, 1), (Part::Time, 1), (Part::Length, -1)]),
+    ([1, -2, -1], &[(Part::Pressure, 1), (Part::Time, 1), (Part::Length, -1)]),
     ([1, 2, -2], &[(Part::Energy, 1)]),
     ([1, 2, -3], &[(Part::Power, 1)]),
     ([1, 1, -1], &[(Part::Force, 1), (Part::Time, 1)]),

@@ -129,6 +129,14 @@ pub fn needs<const D: usize>(
             "C (damping) and its matrix",
             either(system.bodies().is_damped(), "damping of a body", "no body is damped"),
         ),
+        (
+            "K_s, C_s (foundations, springs, dashpots)",
+            either(
+                !system.bodies().elastic_supports().is_empty(),
+                "a foundation or spring of the case",
+                "no foundation and no spring",
+            ),
+        ),
         ("accelerations", inertia()),
         (
             "symmetric matrix: half the factors, CG",

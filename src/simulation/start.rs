@@ -81,7 +81,7 @@ pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()>
         return Ok(());
     }
     Err(Error::case(format!("in statics, no support or contact holds {}", lost.join("; ")))
-        .hint("add a displacement boundary in each direction, or use a dynamic scheme"))
+        .hint("add a displacement boundary or a foundation in each direction, or use a dynamic scheme"))
 }
 
 /// Checks that each contact can close within the time of the case. Collective.

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use contact_petsc::assembly::SystemOptions;
+use contact_petsc::case::PlacedFunction;
 use contact_petsc::contact::friction::coefficient::{Coefficient, Constant, Stribeck};
 use contact_petsc::contact::friction::{Coulomb, Friction, FrictionPowerLaw, Regularization};
 use contact_petsc::contact::normal::{NormalLaw, NormalPowerLaw};
@@ -10,7 +11,8 @@ use contact_petsc::contact::obstacle::{Cylinder, Plane, Shape, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
 use contact_petsc::mesh::{BoxShape, Facet, Mesh};
 use contact_petsc::model::{
-    Body, ContactModel, InitialOverclosure, LoadKind, MassChoice, RayleighFactors, Target,
+    Body, Coefficients, ContactModel, ElasticSupport, Grounded, InitialOverclosure, LoadKind, MassChoice,
+    RayleighFactors, Target,
 };
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::tensor::Vector;
@@ -197,6 +199,28 @@ impl<const D: usize> Case<D> {
         let only = |axis: usize, text| std::array::from_fn(|i| if i == axis { text } else { "" });
         model.supports.push(support("block.top", only(D - 1, "-0.2 * t")));
         model.supports.push(support("block.right", only(0, "2 * t - 0.7")));
+        let axes = |of: &dyn Fn(usize) -> Option<PlacedFunction>| Coefficients {
+            axes: std::array::from_fn(of),
+            ..Coefficients::NONE
+        };
+        model.elastic_supports.push(ElasticSupport {
+            name: "soil".to_owned(),
+            set: "block.left".to_owned(),
+            on: Grounded::Surface,
+            stiffness: Coefficients {
+                normal: Some(function("3 + y")),
+                tangential: Some(function("1.2")),
+                ..Coefficients::NONE
+            },
+            damping: axes(&|i| (i > 0).then(|| function("0.4 + 0.1 * y"))),
+        });
+        model.elastic_supports.push(ElasticSupport {
+            name: "springs".to_owned(),
+            set: "block.surface".to_owned(),
+            on: Grounded::Nodes,
+            stiffness: axes(&|i| Some(function(["0.5", "0.3", "0.2"][i]))),
+            damping: axes(&|i| (i == 0).then(|| function("0.1"))),
+        });
         if self.current_area {
             model.loads.push(load("block.left", LoadKind::Pressure(function("1.5 + 0.5 * y"))));
         }

@@ -5,7 +5,9 @@ use std::rc::Rc;
 
 use contact_petsc::assembly::{ContactSystem, SystemOptions};
 use contact_petsc::case::Case;
-use contact_petsc::dynamics::{ContactMonitor, Continuation, Equations, FrictionMode, Shifts, Stage};
+use contact_petsc::dynamics::{
+    ContactMonitor, Continuation, Equations, FloatingBodies, FrictionMode, Shifts, Stage,
+};
 use contact_petsc::model::{Model, read_mesh};
 use contact_petsc::partition::{Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
@@ -19,6 +21,7 @@ const HOLDING: f64 = 1e-7;
 
 pub fn all(session: &Rc<Session>) {
     counts(session);
+    foundations(session);
     driven(session);
     stays(session);
     pieces(session);
@@ -129,6 +132,39 @@ fn counts(session: &Rc<Session>) {
     assert_eq!(count3(&solid(CUBE, "1.0e-6")), 3, "a block in space");
     assert_eq!(count3(&solid(BALL, "-0.0999999")), 5, "a ball");
     assert_eq!(count3(&case(3, CUBE, "", "", "")), 6, "there is nothing in space");
+}
+
+/// The motions that neither supports nor foundations and springs resist, whatever the size of the
+/// coefficients, and the directions that are reported as not held.
+fn foundations(session: &Rc<Session>) {
+    fn found<const D: usize>(session: &Rc<Session>, mesh: &str, boundary: &str) -> (usize, Vec<String>) {
+        let text = case(D, mesh, "", "", &format!("boundary: {{ {boundary} }}"));
+        let scene = scene::<D>(session, &text, NO_FRICTION);
+        let motions = scene.system.rigid_motions(&scene.stage).expect("PETSc");
+        (motions.len(), scene.system.bodies().holding().free_bodies())
+    }
+    let soil = |coefficients: &str| {
+        format!("soil: {{ on: block.bottom, foundation: {{ stiffness: {{ {coefficients} }} }} }}")
+    };
+    let along = |axes: &str| vec![format!("'block' along {axes}")];
+    let plane = |mesh: &str, boundary: &str| found::<2>(session, mesh, boundary);
+    assert_eq!(plane(SQUARE, &soil("normal: 1.0e-3")), (1, along("x")));
+    assert_eq!(plane(TILTED, &soil("normal: 1.0e12")), (1, vec![]), "the slope leaves a motion in x and y");
+    assert_eq!(plane(SQUARE, &soil("tangential: 1")), (2, along("y")));
+    assert_eq!(plane(SQUARE, &soil("normal: 1.0e12, tangential: 1.0e-12")), (0, vec![]));
+    assert_eq!(plane(SQUARE, &soil("y: 'if(x < 0.4, 1, 0)'")), (1, along("x")));
+    assert_eq!(
+        plane(SQUARE, "soil: { on: block.bottom, foundation: { damping: { y: 1 } } }"),
+        (3, along("x, y"))
+    );
+    let wall = "wall: { on: block.left, foundation: { stiffness: { x: 1 } } }, ";
+    assert_eq!(plane(SQUARE, &(wall.to_owned() + &soil("y: 1"))), (0, vec![]));
+    assert_eq!(plane(SQUARE, "feet: { on: block.bottom, spring: { stiffness: { y: 1 } } }"), (1, along("x")));
+    let solid = |boundary: &str| found::<3>(session, CUBE, boundary);
+    assert_eq!(solid(&soil("normal: 5")), (3, along("x, y")));
+    assert_eq!(solid(&soil("normal: 5, tangential: 1")), (0, vec![]));
+    let held = "clamp: { on: block.left, displacement: { x: 0 } }, ";
+    assert_eq!(solid(&(held.to_owned() + &soil("normal: 5"))), (1, along("y")));
 }
 
 /// A motion with a load along it is not restrained, and is reported with body, direction and

@@ -76,6 +76,7 @@ impl Solid {
             rigid: Vec::new(),
             contacts: Vec::new(),
             supports: Vec::new(),
+            elastic_supports: Vec::new(),
             loads: Vec::new(),
             probes: Vec::new(),
         }
@@ -109,7 +110,7 @@ pub fn support<const D: usize>(set: &str, components: [&str; D]) -> Support<D> {
 
 /// A load on a set of the block.
 pub fn load<const D: usize>(set: &str, kind: LoadKind<D>) -> Load<D> {
-    Load { name: format!("load {set}"), set: set.to_owned(), body: 0, kind }
+    Load { name: format!("load {set}"), set: set.to_owned(), body: Some(0), kind }
 }
 
 /// A system with a stage at rest.

@@ -170,6 +170,7 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
     let at_work = case.at_work
         | Terms::MASS
         | Terms::DAMPING
+        | Terms::SPRINGS
         | Terms::MATERIAL
         | Terms::GEOMETRIC
         | Terms::NORMAL_CONTACT;

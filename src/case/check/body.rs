@@ -53,8 +53,8 @@ impl Check<'_> {
             self.found
                 .say(name.place, format!("no support or contact holds the body '{}', and {why}", name.value));
             self.found.cure(match massless {
-                true => "add a displacement boundary or a contact, or give it a density",
-                false => "add a displacement boundary or a contact, or use a dynamic scheme",
+                true => "add a displacement boundary, a foundation or a contact, or give it a density",
+                false => "add a displacement boundary, a foundation or a contact, or use a dynamic scheme",
             });
         }
     }
@@ -98,7 +98,7 @@ impl Check<'_> {
 
     fn is_held(&self, body: &str) -> bool {
         let supported = |boundary: &Boundary| {
-            boundary.displacement.is_some() && boundary.on.bodies().any(|name| name == body)
+            boundary.actions().any(|action| action.holds()) && boundary.on.bodies().any(|name| name == body)
         };
         self.case.boundary.values().any(supported)
             || self.case.contact.values().any(|contact| contact.is_on(body))

@@ -121,9 +121,9 @@ impl Check<'_> {
         let prescribed = body.motion.as_ref().map_or([None; 3], |motion| motion.components());
         let rotation = rotation_of(body);
         for degree in &free.fixed {
-            let (Degree::Z | Degree::Rx | Degree::Ry) = degree.value else { continue };
+            let (Degree::Uz | Degree::Rx | Degree::Ry) = degree.value else { continue };
             if dimension == 2 {
-                self.found.say(degree.place, "a rigid body in 2D has the directions x, y and rz");
+                self.found.say(degree.place, "a rigid body in 2D has the directions ux, uy and rz");
             }
         }
         for degree in &free.fixed {

@@ -106,7 +106,7 @@ fn free_bodies_are_read() {
     let disc = "shape: { sphere: { center: [0.5, -0.5], radius: 0.5 } }";
     for (dimension, body) in [
         (2, format!("{disc}, free: {{ density: 1000, gravity: [0, \"-9.81 m/s2\"] }}")),
-        (2, format!("{FLAT}, free: {{ mass: 2 kg, inertia: [0.3], fixed: [x], force: {{ y: \"1 - t\" }} }}")),
+        (2, format!("{FLAT}, free: {{ mass: 2 kg, inertia: [0.3], fixed: [ux], force: {{ y: \"1 - t\" }} }}")),
         (
             2,
             format!(
@@ -148,10 +148,10 @@ fn what_is_wrong_with_a_free_body_is_reported() {
         (space("{ mass: 1, inertia: [1, 1, 3] }"), &["case.yml:7:", "sum of the other two"]),
         (flat("{ density: 1000 }"), &["case.yml:7:", "no volume", "`mass` and `inertia`"]),
         (flat("{ density: 1000, mass: 1 }"), &["case.yml:7:", "both a density and a mass"]),
-        (flat("{ fixed: [z] }"), &["case.yml:7:", "x, y and rz"]),
+        (flat("{ fixed: [uz] }"), &["case.yml:7:", "ux, uy and rz"]),
         (flat("{ fixed: [w] }"), &["case.yml:7:", "w"]),
-        (flat("{ fixed: [x, y, rz] }"), &["case.yml:7:", "nothing is free in 'tool'"]),
-        (moved("{ translation: { x: 1 } }", "{ fixed: [x] }"), &["case.yml:7:", "both fixed and prescribed"]),
+        (flat("{ fixed: [ux, uy, rz] }"), &["case.yml:7:", "nothing is free in 'tool'"]),
+        (moved("{ translation: { x: 1 } }", "{ fixed: [ux] }"), &["case.yml:7:", "both fixed and prescribed"]),
         (
             moved("{ rotation: { about: [0, 0], angle: 1 } }", "{ mass: 1 }"),
             &["case.yml:7:", "about its centre of mass", "`center`"],
