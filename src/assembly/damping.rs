@@ -3,7 +3,7 @@
 
 use std::rc::Rc;
 
-use super::forces::SolidFields;
+use super::forces::{SolidFields, ViscousState};
 use super::mass::{Supported, masked, masses_of};
 use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
@@ -35,7 +35,7 @@ impl DampingMatrix {
     ) -> Result<Self> {
         let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
         let at_rest = vec![0.0; supported.constrained.len()];
-        let undeformed = SolidFields { u: &at_rest, start: None };
+        let undeformed = SolidFields { u: &at_rest, start: None, viscous: ViscousState::Relaxed };
         let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
         let filled = matrix.fill(|values| {
             values.zero();

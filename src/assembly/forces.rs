@@ -15,12 +15,23 @@ pub struct SolidFields<'a> {
     /// The state at the start of the step, if forces conserve over a step and the trial state is
     /// its midpoint.
     pub start: Option<&'a [f64]>,
+    /// Stress of Prony series to include.
+    pub viscous: ViscousState,
+}
+
+/// Which stress of Prony series acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ViscousState {
+    /// That of the relaxed body.
+    Relaxed,
+    /// That of the present step.
+    Present,
 }
 
 impl<'a> SolidFields<'a> {
     /// Uses the trial state `u` of `stage`, whose start is `start`.
     pub fn of(stage: &Stage, u: &'a [f64], start: &'a [f64]) -> Self {
-        Self { u, start: (stage.over_step == OverStep::Middle).then_some(start) }
+        Self { u, start: (stage.over_step == OverStep::Middle).then_some(start), viscous: ViscousState::Present }
     }
 }
 
@@ -45,7 +56,10 @@ impl<const D: usize> SolidElements<D> {
     ) -> std::result::Result<(), Inverted> {
         match at.start {
             Some(start) => self.group.evaluate_step(start, at.u, request, sink),
-            None => self.group.evaluate(at.u, request, sink),
+            None => {
+                let viscous = self.viscous.as_ref().and_then(|viscous| viscous.overstress(at.viscous));
+                self.group.evaluate_viscous(at.u, viscous, request, sink)
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use super::solid::Solid;
 use super::workspace::Job;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::dispatch;
-use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Part};
+use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Overstress, Part};
 
 impl<const D: usize> ElementGroup<D> {
     /// Internal force (and, on request, its derivative) of each element at the nodal displacements
@@ -24,7 +24,22 @@ impl<const D: usize> ElementGroup<D> {
         request: Request,
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted> {
-        let job = Job { group: self, u, request, sink };
+        self.evaluate_viscous(u, None, request, sink)
+    }
+
+    /// Like [`evaluate`](Self::evaluate) with the stress of a Prony series, which is added at the
+    /// points of the full rule.
+    ///
+    /// # Errors
+    /// The first inverted element of the group.
+    pub fn evaluate_viscous(
+        &self,
+        u: &[f64],
+        viscous: Option<&Overstress>,
+        request: Request,
+        sink: &mut dyn ElementSink,
+    ) -> std::result::Result<(), Inverted> {
+        let job = Job { group: self, u, viscous, request, sink };
         match self.formulation.kinematics {
             Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, self.formulation.moduli())),
             Kinematics::Finite => self.formulation.material.accept(Evaluate(job)),
@@ -39,16 +54,19 @@ impl<const D: usize> LawTask for Evaluate<'_, D> {
     type Output = std::result::Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        let parts = self.0.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
-        dispatch(General::new(self.0, parts))
+        let part = |part| Box::new(LawPart::<P>(law.constants(part)));
+        dispatch(General::new(self.0, part))
     }
 
     fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
-        let parts = self.0.group.parts(|part| law.energy_of_part(part));
-        dispatch(General::new(self.0, parts))
+        dispatch(General::new(self.0, |part| law.energy_of_part(part)))
     }
 
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
-        dispatch(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
+        match self.0.viscous {
+            None => dispatch(Solid::<P, D>::new(self.0, law.constants(Part::Whole))),
+            // The tangent of the viscous stress does not have the fast form.
+            Some(_) => self.run(law),
+        }
     }
 }

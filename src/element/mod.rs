@@ -18,11 +18,13 @@ mod stress;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod viscous;
 mod workspace;
 
 pub use group::{ElementGroup, Formulation};
 pub use kinematics::{Kinematics, LOCKS, Locking, locks};
 pub use loads::{Configuration, LoadedSurface};
+pub use viscous::{ViscousEnergies, ViscousHistory, components};
 pub use stress::{Cauchy, CauchyState, ElementStress};
 
 use crate::terms::Terms;

@@ -165,12 +165,14 @@ fn together(
     Ok(Some(Figure { title, legend, panels, columns: 1 }))
 }
 
-const ENERGIES: [&str; 8] = [
+const ENERGIES: [&str; 10] = [
     "kinetic",
     "strain",
+    "viscous_stored",
     "contact",
     "friction_dissipated",
     "damping_dissipated",
+    "viscous_dissipated",
     "external_work",
     "numerical",
     "total",
