@@ -16,7 +16,6 @@ use super::pieces::Pieces;
 use super::redistribution::Redistribution;
 use super::solid::{SolidElements, solids};
 use super::supports::Supports;
-use super::viscous::ViscousElements;
 use crate::case::Units;
 use crate::dynamics::Stage;
 use crate::element::{ElementStress, Inverted, Kinematics, ViscousEnergies, ViscousHistory};
@@ -355,7 +354,8 @@ impl<const D: usize> Bodies<D> {
 
     /// Memory for the viscous branches of this rank \[bytes\].
     pub(super) fn viscous_bytes(&self) -> usize {
-        self.solids.iter().filter_map(|solid| solid.viscous.as_ref()).map(ViscousElements::bytes).sum()
+        let bytes = |solid: &SolidElements<D>| Some(solid.viscous.as_ref()?.bytes(&solid.group));
+        self.solids.iter().filter_map(bytes).sum()
     }
 
     /// Prepares the stress of the viscous branches at the trial state of `stage`.

@@ -3,11 +3,12 @@
 
 use std::rc::Rc;
 
-use super::forces::{SolidFields, ViscousState};
+use super::forces::SolidFields;
 use super::mass::{Supported, masked, masses_of};
 use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
 use super::solid::SolidElements;
+use super::viscous::ViscousState;
 use crate::element::{ElementSink, Request};
 use crate::error::{Error, Result, agree};
 use crate::petsc::{BlockPattern, BlockValues, Format, Matrix, NO_SLOT, Operator, Session, Vector};

@@ -2,6 +2,7 @@
 
 use super::scatter::{ForceSink, LiftTarget, MatrixSink};
 use super::solid::SolidElements;
+use super::viscous::ViscousState;
 use crate::dynamics::{OverStep, Stage};
 use crate::element::{ElementSink, Inverted, Request};
 use crate::petsc::BlockValues;
@@ -19,19 +20,14 @@ pub struct SolidFields<'a> {
     pub viscous: ViscousState,
 }
 
-/// Which stress of Prony series acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ViscousState {
-    /// That of the relaxed body.
-    Relaxed,
-    /// That of the present step.
-    Present,
-}
-
 impl<'a> SolidFields<'a> {
     /// Uses the trial state `u` of `stage`, whose start is `start`.
     pub fn of(stage: &Stage, u: &'a [f64], start: &'a [f64]) -> Self {
-        Self { u, start: (stage.over_step == OverStep::Middle).then_some(start), viscous: ViscousState::Present }
+        Self {
+            u,
+            start: (stage.over_step == OverStep::Middle).then_some(start),
+            viscous: ViscousState::Present,
+        }
     }
 }
 

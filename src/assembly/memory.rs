@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::{Bodies, ViscousBody};
 use super::contact::LocalContact;
-use super::stages::MatrixTarget;
 use super::solid::SolidElements;
+use super::stages::MatrixTarget;
 use super::system::ContactSystem;
 use crate::checkpoint::StoredTable;
 use crate::contact::friction::Regularization;
@@ -441,9 +441,8 @@ fn branch_table<const D: usize>(
     sources: &Sources,
 ) -> StoredTable {
     let bodies = &system.bodies;
-    let own = |solid: &SolidElements<D>, index: usize| {
-        bodies.local.mine[solid.group.elements()[index] as usize]
-    };
+    let own =
+        |solid: &SolidElements<D>, index: usize| bodies.local.mine[solid.group.elements()[index] as usize];
     let mut histories = Vec::new();
     let mut stresses: Vec<Vec<f64>> = vec![Vec::new(); sources.matrices.len()];
     let width = components(D);
@@ -457,14 +456,19 @@ fn branch_table<const D: usize>(
                 histories.extend(history.iter().flat_map(|history| history.at(index, points, point)));
                 for (source, values) in sources.matrices.iter().zip(&mut stresses) {
                     let first = (index / WIDTH * points + point) * width;
-                    let stress = source.viscous.iter().flat_map(|groups| &groups[number].predicted[first..first + width]);
+                    let stress = source
+                        .viscous
+                        .iter()
+                        .flat_map(|groups| &groups[number].predicted[first..first + width]);
                     values.extend(stress.map(|pack| pack[index % WIDTH]));
                 }
             }
         }
     }
     let mut blocks = vec![(history_names::<D>(body.series.branches().len()), histories)];
-    for (k, values) in stresses.into_iter().enumerate().filter(|(k, _)| sources.matrices[*k].viscous.is_some()) {
+    for (k, values) in
+        stresses.into_iter().enumerate().filter(|(k, _)| sources.matrices[*k].viscous.is_some())
+    {
         blocks.push((stress_names::<D>(k), values));
     }
     StoredTable::of_blocks(&body.table(), element_keys(bodies, body, own), NODES, &blocks)
@@ -505,7 +509,8 @@ fn packed<const D: usize>(solid: &SolidElements<D>, values: &[f64]) -> Vec<[f64;
 
 /// Names of the components of the tensors of a history.
 fn history_names<const D: usize>(branches: usize) -> Vec<String> {
-    let tensors = std::iter::once("isochoric".to_owned()).chain((1..=branches).map(|k| format!("branch {k}")));
+    let tensors =
+        std::iter::once("isochoric".to_owned()).chain((1..=branches).map(|k| format!("branch {k}")));
     tensors.flat_map(|name| tensor_names::<D>(&name)).collect()
 }
 

@@ -6,10 +6,18 @@
 
 use std::rc::Rc;
 
-use super::forces::ViscousState;
-use crate::element::{ElementGroup, ViscousEnergies, ViscousHistory};
+use crate::element::{ElementGroup, ViscousEnergies, ViscousHistory, components};
 use crate::lanes::Pack;
 use crate::material::{Overstress, PronySeries};
+
+/// Which stress of Prony series acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ViscousState {
+    /// That of the relaxed body.
+    Relaxed,
+    /// That of the present step.
+    Present,
+}
 
 /// Branches of the elements of a group.
 pub struct ViscousElements {
@@ -126,11 +134,10 @@ impl ViscousElements {
         self.present = None;
     }
 
-    /// Size of history and stress \[bytes\].
-    pub fn bytes(&self) -> usize {
-        let present = self.present.as_ref();
-        let present = present.map_or(0, |present| std::mem::size_of_val(&present.overstress.predicted[..]));
-        self.history.as_ref().map_or(0, ViscousHistory::bytes) + present
+    /// Memory for the history of a group and for its stress in a step \[bytes\].
+    pub fn bytes<const D: usize>(&self, group: &ElementGroup<D>) -> usize {
+        let tensors = self.series.branches().len() + 2;
+        group.points_of_batches() * tensors * components(D) * size_of::<Pack>()
     }
 
     /// Forgets the stress of the step that was accepted. Its buffer is kept.

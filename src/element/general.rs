@@ -69,8 +69,10 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for General<'_, K, D> {
                     for (gradient, slope) in gradients.iter_mut().zip(&work.batch.slopes) {
                         *gradient = apply(&sample.map, slope);
                     }
-                    let viscous = viscous.map(|(overstress, law)| {
-                        Viscous { law, overstress, number: batch * pass.samples() + q }
+                    let viscous = viscous.map(|(overstress, law)| Viscous {
+                        law,
+                        overstress,
+                        number: batch * pass.samples() + q,
                     });
                     let det_f = add_law(&mut work, &gradients, &sample, &**law, viscous, wanted);
                     work.det_f[point] = det_f.lanes();

@@ -24,8 +24,8 @@ mod workspace;
 pub use group::{ElementGroup, Formulation};
 pub use kinematics::{Kinematics, LOCKS, Locking, locks};
 pub use loads::{Configuration, LoadedSurface};
-pub use viscous::{ViscousEnergies, ViscousHistory, components};
 pub use stress::{Cauchy, CauchyState, ElementStress};
+pub use viscous::{ViscousEnergies, ViscousHistory, components};
 
 use crate::terms::Terms;
 

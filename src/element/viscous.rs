@@ -127,11 +127,6 @@ impl ViscousHistory {
             pack[index % WIDTH] = *value;
         }
     }
-
-    /// Size of the history \[bytes\].
-    pub fn bytes(&self) -> usize {
-        std::mem::size_of_val(&self.values[..])
-    }
 }
 
 /// `factor isochoric + predicted` at a sample, in the plane or in space.

@@ -122,8 +122,7 @@ impl<K: PointLaw + ?Sized> FiniteDeviator<'_, K> {
         let DeviatorTangent { fictitious, bar, bar_trace, isochoric, stretch, inverse, shrink } = tangent;
         let third = 1.0 / 3.0;
         let volume = double_dot(inverse, strain);
-        let isochoric_strain =
-            scale_all(&sum(strain, &scale_all(stretch, volume.scale(-third))), *shrink);
+        let isochoric_strain = scale_all(&sum(strain, &scale_all(stretch, volume.scale(-third))), *shrink);
         let change = K::contract(fictitious, &isochoric_strain);
         let change_trace = double_dot(&change, stretch) + double_dot(bar, strain).scale(2.0);
         let turned = product(&product(inverse, strain), inverse);

@@ -487,8 +487,7 @@ impl EnergyLedger {
         let StepEnergies { kinetic, strain, contact, heat, damping, viscous_stored, viscous, work } =
             &mut own;
         let Momentum { linear, angular } = &mut self.momentum;
-        let energies =
-            [kinetic, strain, contact, heat, damping, viscous_stored, viscous, work].into_iter();
+        let energies = [kinetic, strain, contact, heat, damping, viscous_stored, viscous, work].into_iter();
         sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular));
         own.work += by_rigid;
         Ok(own)
@@ -636,7 +635,8 @@ mod tests {
             numerical: 9.0,
         };
         let cells: Vec<_> = ENERGY_COLUMNS.iter().flat_map(|column| column.cells::<2>(&energies)).collect();
-        let expected = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0].map(super::super::quantity::Cell::Number);
+        let expected =
+            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0].map(super::super::quantity::Cell::Number);
         assert_eq!(cells, expected);
         assert!(energies.is_finite() && !Energies { numerical: f64::NAN, ..energies }.is_finite());
     }

@@ -216,11 +216,9 @@ pub fn held<const D: usize>(world: &impl CommunicatorCollectives, system: &Conta
         "storage before the first solve: {} matrices of {} bytes, {} vectors of {} bytes",
         most[0], sum[1], most[2], sum[3]
     );
-    for (name, bytes) in [
-        ("multipliers", sum[4]),
-        ("flags and factors of masses", sum[5]),
-        ("viscous branches", sum[6]),
-    ] {
+    for (name, bytes) in
+        [("multipliers", sum[4]), ("flags and factors of masses", sum[5]), ("viscous branches", sum[6])]
+    {
         if bytes > 0 {
             let _ = write!(text, ", {name} of {bytes} bytes");
         }

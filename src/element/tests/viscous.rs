@@ -38,12 +38,10 @@ fn derivatives<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         let without_history = Overstress { predicted: Vec::new(), ..viscous.clone() };
         let energy =
             |u: &[f64]| vec![group.strain_energy(u, &everyone) + 0.9 * group.isochoric_energy(u, &everyone)];
-        let force = |u: &[f64], viscous| {
-            plain(assemble_viscous(mesh, &group, u, Some(viscous), Terms::empty()).0)
-        };
-        let work = |u: &[f64], d: &[f64]| {
-            vec![force(u, &without_history).iter().zip(d).map(|(f, d)| f * d).sum()]
-        };
+        let force =
+            |u: &[f64], viscous| plain(assemble_viscous(mesh, &group, u, Some(viscous), Terms::empty()).0);
+        let work =
+            |u: &[f64], d: &[f64]| vec![force(u, &without_history).iter().zip(d).map(|(f, d)| f * d).sum()];
         assert!(taylor_rate(energy, work, &u, &d) > 1.9, "{what}: the force is not that of the energy");
         let change = |u: &[f64], d: &[f64]| {
             let (_, stiffness) = assemble_viscous(mesh, &group, u, Some(&viscous), Terms::ALL);
@@ -107,7 +105,10 @@ fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
             sum
         };
         let (added, law) = (shear(&viscous) - shear(&elastic), shear(&elastic));
-        assert!(added > 0.0 && (added / law / 1.2 - 1.0).abs() < 0.02, "{kind} {formulation:?}: {added} {law}");
+        assert!(
+            added > 0.0 && (added / law / 1.2 - 1.0).abs() < 0.02,
+            "{kind} {formulation:?}: {added} {law}"
+        );
     }
 }
 
@@ -138,7 +139,10 @@ fn relaxation<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
             age += elapsed;
             for c in 0..components(D) {
                 let expected = (series.relaxation(age) - 1.0) * isochoric[c][0];
-                assert!((added(c) - expected).abs() < 1e-14 * isochoric[c][0].abs(), "{kind} {formulation:?}");
+                assert!(
+                    (added(c) - expected).abs() < 1e-14 * isochoric[c][0].abs(),
+                    "{kind} {formulation:?}"
+                );
             }
             let before = history.clone();
             history.advance(&series, elapsed, &isochoric);
@@ -150,7 +154,10 @@ fn relaxation<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         let exact = formulation.kinematics == Kinematics::Linear;
         let tolerance = if exact { 1e-13 } else { 0.1 };
         for found in [energies.work, energies.stored] {
-            assert!((found / (0.5 * energy) - 1.0).abs() < tolerance, "{kind} {formulation:?}: {found} {energy}");
+            assert!(
+                (found / (0.5 * energy) - 1.0).abs() < tolerance,
+                "{kind} {formulation:?}: {found} {energy}"
+            );
         }
     }
 }

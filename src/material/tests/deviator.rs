@@ -29,7 +29,10 @@ impl LawTest for Consistency {
             flat(&sum(&first_piola(&h, &stress), &product(&d, &response.second_piola)))
         };
         let rate = taylor_rate(piola, change, &x, &d);
-        assert!(rate > 1.9, "{name}: the tangent is not the derivative of the isochoric stress: order {rate}");
+        assert!(
+            rate > 1.9,
+            "{name}: the tangent is not the derivative of the isochoric stress: order {rate}"
+        );
     }
 }
 
@@ -89,7 +92,8 @@ fn a_sudden_branch_holds_the_energy_of_a_neo_hookean_law() {
     for size in [1e-6, 0.1, 0.4] {
         let h = gradient::<3>(size, 7);
         let ratio = scale_all(&deviator.stress(&h), 1.0 / moduli.mu);
-        let (held, energy): (f64, f64) = (moduli.mu * deviator.branch_energy(&ratio, &h), deviator.energy(&h));
+        let (held, energy): (f64, f64) =
+            (moduli.mu * deviator.branch_energy(&ratio, &h), deviator.energy(&h));
         assert!((held / energy - 1.0).abs() < 1e-12, "{size}: {held} {energy}");
     }
 }
