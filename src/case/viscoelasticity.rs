@@ -16,10 +16,10 @@ pub struct Viscoelasticity {
     /// `instantaneous` after sudden loading.
     #[serde(default)]
     pub moduli: ViscousModuli,
-    /// Terms of the Prony series, at least one. Each has a `share` of the instantaneous shear modulus,
-    /// > 0, and a relaxation `time` in s, > 0. The sum of the shares is below 1. The shear modulus at
-    /// the time t after a sudden shear, relative to the instantaneous one, is 1 minus the sum of share *
-    /// (1 - exp(-t / time)).
+    /// Terms of the Prony series, at least one. Each has a `share` of the instantaneous shear modulus
+    /// and a relaxation `time` in s, both above zero. The sum of the shares is below 1. The shear
+    /// modulus at the time t after a sudden shear, relative to the instantaneous one, is 1 minus the sum
+    /// of share * (1 - exp(-t / time)).
     pub prony: At<Vec<PronyTerm>>,
 }
 

@@ -7,7 +7,7 @@ use super::solid::Solid;
 use super::workspace::Job;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::dispatch;
-use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Overstress, Part};
+use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Overstress, Part, PointLaw};
 
 impl<const D: usize> ElementGroup<D> {
     /// Internal force (and, on request, its derivative) of each element at the nodal displacements
@@ -54,12 +54,11 @@ impl<const D: usize> LawTask for Evaluate<'_, D> {
     type Output = std::result::Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        let part = |part| Box::new(LawPart::<P>(law.constants(part)));
-        dispatch(General::new(self.0, part))
+        run_general(self.0, |part| Box::new(LawPart::<P>(law.constants(part))))
     }
 
     fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
-        dispatch(General::new(self.0, |part| law.energy_of_part(part)))
+        run_general(self.0, |part| law.energy_of_part(part))
     }
 
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
@@ -68,5 +67,16 @@ impl<const D: usize> LawTask for Evaluate<'_, D> {
             // The tangent of the viscous stress does not have the fast form.
             Some(_) => self.run(law),
         }
+    }
+}
+
+/// Runs the kernel for any law, of which `part` gives the parts.
+fn run_general<K: PointLaw + ?Sized, const D: usize>(
+    job: Job<D>,
+    part: impl Fn(Part) -> Box<K>,
+) -> std::result::Result<(), Inverted> {
+    match job.viscous {
+        None => dispatch(General::<K, D, false>::new(job, part)),
+        Some(_) => dispatch(General::<K, D, true>::new(job, part)),
     }
 }

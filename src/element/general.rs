@@ -18,8 +18,8 @@ use crate::square::{
     Row, Square, apply, apply_add, det_minus_one, plus_one, product, scale_all, sum, transpose,
 };
 
-/// A job with the parts of a law.
-pub(super) struct General<'a, K: ?Sized, const D: usize> {
+/// A job with the parts of a law. `VISCOUS` is set if the job has the stress of a Prony series.
+pub(super) struct General<'a, K: ?Sized, const D: usize, const VISCOUS: bool> {
     job: Job<'a, D>,
     /// One entry for each pass.
     parts: Vec<Box<K>>,
@@ -27,7 +27,7 @@ pub(super) struct General<'a, K: ?Sized, const D: usize> {
     relaxing: Option<Box<K>>,
 }
 
-impl<'a, K: ?Sized, const D: usize> General<'a, K, D> {
+impl<'a, K: ?Sized, const D: usize, const VISCOUS: bool> General<'a, K, D, VISCOUS> {
     /// A job with the law of which `part` gives the parts.
     pub fn new(job: Job<'a, D>, part: impl Fn(Part) -> Box<K>) -> Self {
         let parts = job.group.parts(&part);
@@ -45,13 +45,14 @@ struct Viscous<'a, K: ?Sized> {
     number: usize,
 }
 
-impl<K: PointLaw + ?Sized, const D: usize> LaneTask for General<'_, K, D> {
+impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for General<'_, K, D, VISCOUS> {
     type Output = std::result::Result<(), Inverted>;
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> Self::Output {
         let Job { group, u, viscous, request, sink } = self.job;
-        let viscous = viscous.zip(self.relaxing.as_deref());
+        // Elastic groups have a kernel without the viscous code.
+        let viscous = if VISCOUS { viscous.zip(self.relaxing.as_deref()) } else { None };
         let n = group.kind.nodes();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);

@@ -55,10 +55,12 @@ struct EvaluatePortable<'a, const D: usize>(Job<'a, D>);
 impl<const D: usize> LawTask for EvaluatePortable<'_, D> {
     type Output = std::result::Result<(), Inverted>;
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        dispatch_portable(General::new(self.0, |part| Box::new(LawPart::<P>(law.constants(part)))))
+        dispatch_portable(General::<_, D, false>::new(self.0, |part| {
+            Box::new(LawPart::<P>(law.constants(part)))
+        }))
     }
     fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
-        dispatch_portable(General::new(self.0, |part| law.energy_of_part(part)))
+        dispatch_portable(General::<_, D, false>::new(self.0, |part| law.energy_of_part(part)))
     }
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
         dispatch_portable(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
