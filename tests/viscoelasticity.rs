@@ -336,7 +336,7 @@ fn an_oscillator_converges_in_every_scheme() {
         for (what, k) in [("motion", 0), ("ledger", 1)] {
             let [first, second] = [errors[1][k], errors[2][k]];
             let order = (first / second).log2();
-            // Newmark's average acceleration and the midpoint rule close the linear ledger to rounding.
+            // Newmark's average acceleration closes the linear ledger to rounding.
             let closes = k == 1 && second < 1e-10;
             assert!(closes || order > expected - 0.15, "{scheme}, {what}: {errors:?}, order {order}");
         }
