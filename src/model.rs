@@ -19,6 +19,7 @@ use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::RigidTarget;
 use crate::element::{Formulation, Kinematics};
 use crate::error::Result;
+use crate::material::{Moduli, PronySeries};
 use crate::mesh::Mesh;
 use crate::tensor::{Tensor, Vector};
 
@@ -56,10 +57,21 @@ pub struct Body {
     pub mass: MassChoice,
     /// Rayleigh damping; `None` without damping.
     pub damping: Option<RayleighFactors>,
+    /// Prony series of the deviator; `None` for an elastic body.
+    pub series: Option<Rc<PronySeries>>,
     /// Young's modulus \[Pa\], the reference for penalties.
     pub young_modulus: f64,
     /// Initial velocity \[m/s\], one function per component; empty for a body at rest.
     pub initial_velocity: Vec<PlacedFunction>,
+}
+
+impl Body {
+    /// Moduli at small strain against a sudden deformation, which waves meet.
+    pub fn sudden_moduli(&self) -> Moduli<f64> {
+        let given = self.formulation.moduli();
+        let stiffer = self.series.as_ref().map_or(1.0, |series| series.relaxation(0.0));
+        Moduli::of_shear_and_bulk(stiffer * given.mu, given.bulk())
+    }
 }
 
 /// Rayleigh damping of a body, `C = mass M + stiffness K_0` (3.18).

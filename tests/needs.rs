@@ -103,6 +103,22 @@ fn ladder() -> Vec<Rung> {
             adds: &["K_s, C_s (foundations"],
             held: damped,
         },
+        Rung {
+            name: "deformable pair with damping and viscoelasticity on dashpots",
+            case: pair
+                .replacen(
+                    "density:",
+                    "damping: { rayleigh: { stiffness: 1.0e-4 } }\n    \
+                     viscoelasticity: { prony: [{ share: 0.5, time: 1 }] }\n    density:",
+                    1,
+                )
+                .replace(
+                    "displacement: { x: 0, y: 0 } }",
+                    "foundation: { stiffness: { normal: 1.0e8 }, damping: { normal: 1.0e3 } } }",
+                ),
+            adds: &["history of viscous branches"],
+            held: damped,
+        },
     ]
 }
 
@@ -156,6 +172,9 @@ fn unused_matrices_are_not_allocated_on_1_and_2_ranks() {
         let unknowns = 2 * bodies * (N + 1) * (N + 1);
         assert_eq!(vector_bytes, 8 * vectors * unknowns, "{name}");
         assert!(matrix_bytes > 8 * unknowns, "{name}: {matrix_bytes}");
+        // Four points of each element, each with three tensors of four components.
+        let branches = if name.contains("viscoelasticity") { 4 * 3 * 4 * 8 * N * N } else { 0 };
+        assert_eq!(bytes(&output, "viscous branches"), branches, "{name}");
         folder.write("case.yml", &case);
         let output = run(2, &["check", "case.yml"], &folder).success();
         assert_eq!([held(&output)[0], held(&output)[2]], [matrices, vectors], "{name} on 2 ranks");

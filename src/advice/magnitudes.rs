@@ -21,7 +21,7 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
     let heavy = model.bodies.iter().filter(|body| is_dynamic && body.formulation.density > 0.0);
     let waves = heavy.filter_map(|body| {
         let formulation = &body.formulation;
-        let speed = (formulation.moduli().uniaxial_strain() / formulation.density).sqrt();
+        let speed = (body.sudden_moduli().uniaxial_strain() / formulation.density).sqrt();
         let in_si = speed * model.units.si_value("m/s");
         let name = &body.name;
         (!WAVE_SPEEDS.contains(&in_si)).then(|| {

@@ -92,10 +92,11 @@ impl<const D: usize> ContactSystem<D> {
         &mut self.contacts
     }
 
-    /// Memory on this rank for the multipliers of contact points, and for the redistribution of
-    /// mass \[bytes\].
-    pub fn bytes(&self) -> [usize; 2] {
+    /// Memory on this rank for the multipliers of contact points, for the redistribution of mass, and
+    /// for viscous branches \[bytes\].
+    pub fn bytes(&self) -> [usize; 3] {
         let multipliers = self.contacts.iter().map(|contact| contact.state.multiplier_bytes()).sum();
-        [multipliers, self.bodies.redistribution.as_ref().map_or(0, Redistribution::bytes)]
+        let masses = self.bodies.redistribution.as_ref().map_or(0, Redistribution::bytes);
+        [multipliers, masses, self.bodies.viscous_bytes()]
     }
 }

@@ -54,6 +54,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Computes the parts of the forces at the trial state. Records an inverted element.
     pub(super) fn sweep(&mut self, stage: &Stage, branches: Branches) {
         self.place_targets(stage);
+        self.bodies.prepare_viscous(stage);
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let ForceParts { internal, contact, external, springs } = &mut self.parts;
         contact.fill(0.0);

@@ -20,8 +20,9 @@ use super::solid::{SolidElements, solids};
 use super::supports::Supports;
 use crate::case::Units;
 use crate::dynamics::Stage;
-use crate::element::{ElementStress, Inverted, Kinematics};
+use crate::element::{ElementStress, Inverted, Kinematics, ViscousEnergies, ViscousHistory};
 use crate::error::{Error, Result, agree};
+use crate::material::{Overstress, PronySeries};
 use crate::mesh::spelled;
 use crate::model::{Body, Model};
 use crate::partition::LocalMesh;
@@ -40,6 +41,31 @@ impl NamedBody {
     pub fn name(&self) -> &str {
         &self.name
     }
+}
+
+/// A body with viscous branches.
+pub(super) struct ViscousBody {
+    /// Number among the viscous bodies.
+    pub number: usize,
+    /// Index of the body.
+    pub body: usize,
+    /// Its Prony series.
+    pub series: Rc<PronySeries>,
+    name: String,
+}
+
+impl ViscousBody {
+    /// Name of its table in a checkpoint.
+    pub fn table(&self) -> String {
+        format!("branches of {}", self.name)
+    }
+}
+
+/// The viscous bodies of the model.
+fn viscous_bodies<const D: usize>(model: &Model<D>) -> Vec<ViscousBody> {
+    let series = |(body, of): (usize, &Body)| of.series.clone().map(|series| (body, of.name.clone(), series));
+    let found = model.bodies.iter().enumerate().filter_map(series).enumerate();
+    found.map(|(number, (body, name, series))| ViscousBody { number, body, series, name }).collect()
 }
 
 /// Names and kinematics of the bodies of the model.
@@ -95,6 +121,10 @@ pub struct Bodies<const D: usize> {
     damped: bool,
     /// The free rigid bodies.
     pub(super) free: FreeBodies<D>,
+    /// The viscous bodies.
+    pub(super) viscous: Vec<ViscousBody>,
+    /// Whether the branches of viscous bodies follow the motion, because it has started.
+    relaxes: bool,
     /// Couplings by elements.
     pub(super) pattern: Rc<BlockPattern>,
     pub(super) names: Vec<NamedBody>,
@@ -140,6 +170,8 @@ impl<const D: usize> Bodies<D> {
             free: free_rigid,
             redistribution,
             inertia,
+            viscous: viscous_bodies(model),
+            relaxes: false,
             damped: inertia && model.bodies.iter().any(|body| body.damping.is_some()),
             pattern: pattern.clone(),
             names: named_bodies(model),
@@ -273,16 +305,101 @@ impl<const D: usize> Bodies<D> {
 
     /// Strain energy of this rank's elements at the local displacements `u` \[J\].
     pub fn strain_energy(&self, u: &[f64]) -> f64 {
-        self.solids.iter().map(|solid| solid.group.strain_energy(u, &self.local.mine)).sum()
+        let mine = &self.local.mine;
+        let relaxed = |solid: &SolidElements<D>| {
+            let base = solid.viscous.as_ref().map_or(0.0, |viscous| viscous.series().base());
+            if base == 0.0 { 0.0 } else { base * solid.group.isochoric_energy(u, mine) }
+        };
+        self.solids.iter().map(|solid| solid.group.strain_energy(u, mine) + relaxed(solid)).sum()
     }
 
-    /// Passes the stress of each local element at the displacement `u` \[m\] to
+    /// Energies of the viscous branches of this rank's elements in the step of `stage`.
+    pub fn viscous_energies(&self, stage: &Stage) -> ViscousEnergies {
+        let mut out = ViscousEnergies::default();
+        for solid in &self.solids {
+            let Some(viscous) = &solid.viscous else { continue };
+            let (start, end) = (stage.start.u.local(), stage.trial.u.local());
+            let found = viscous.energies(&solid.group, stage.elapsed(), [&start, &end], &self.local.mine);
+            out.work += found.work;
+            out.stored += found.stored;
+        }
+        out
+    }
+
+    /// Passes the stress of each local element at the trial state of `stage` to
     /// `receive(element, stress)`.
-    pub fn element_stress(&self, u: &Vector, mut receive: impl FnMut(usize, &ElementStress)) {
-        let u = u.local();
+    pub fn element_stress(&self, stage: &Stage, mut receive: impl FnMut(usize, &ElementStress)) {
+        let u = stage.trial.u.local();
         for solid in &self.solids {
             let elements = solid.group.elements();
-            solid.group.stress(&u, |index, stress| receive(elements[index] as usize, stress));
+            let viscous = solid.viscous.as_ref().and_then(|viscous| viscous.at(stage.elapsed()));
+            solid.group.viscous_stress(&u, viscous.as_deref(), |index, stress| {
+                receive(elements[index] as usize, stress);
+            });
+        }
+    }
+
+    /// Whether a body has viscous branches.
+    pub fn is_viscous(&self) -> bool {
+        !self.viscous.is_empty()
+    }
+
+    /// The groups of elements with viscous branches, each with its body.
+    pub(super) fn viscous_groups(&self) -> impl Iterator<Item = (&SolidElements<D>, &ViscousBody)> {
+        let body = |solid: &SolidElements<D>| self.viscous.iter().find(|body| body.body == solid.body);
+        self.solids.iter().filter_map(move |solid| Some((solid, body(solid)?)))
+    }
+
+    /// Stress of the viscous groups at the last evaluation; `None` without viscous bodies and before the
+    /// motion starts.
+    pub(super) fn viscous_sources(&self) -> Option<Vec<Rc<Overstress>>> {
+        let all = || self.solids.iter().filter_map(|solid| solid.viscous.as_ref()?.source()).collect();
+        (self.relaxes && self.is_viscous()).then(all)
+    }
+
+    /// Evaluates the bodies with the stress of these viscous groups, until
+    /// [`resume_viscous`](Self::resume_viscous).
+    pub(super) fn use_viscous(&mut self, sources: Option<&[Rc<Overstress>]>) {
+        let groups = self.solids.iter_mut().filter_map(|solid| solid.viscous.as_mut());
+        for (number, viscous) in groups.enumerate() {
+            viscous.use_source(sources.and_then(|sources| sources.get(number)).cloned());
+        }
+    }
+
+    /// Restores the histories of the viscous groups.
+    pub(super) fn resume_viscous(&mut self, histories: Vec<ViscousHistory>) {
+        let groups = self.solids.iter_mut().filter_map(|solid| solid.viscous.as_mut());
+        groups.zip(histories).for_each(|(viscous, history)| viscous.resume(history));
+        self.relaxes = true;
+    }
+
+    /// Memory for the viscous branches of this rank \[bytes\].
+    pub(super) fn viscous_bytes(&self) -> usize {
+        let bytes = |solid: &SolidElements<D>| Some(solid.viscous.as_ref()?.bytes(&solid.group));
+        self.solids.iter().filter_map(bytes).sum()
+    }
+
+    /// Prepares the stress of the viscous branches at the trial state of `stage`.
+    pub(super) fn prepare_viscous(&mut self, stage: &Stage) {
+        for viscous in self.solids.iter_mut().filter_map(|solid| solid.viscous.as_mut()) {
+            viscous.prepare(stage.elapsed());
+        }
+    }
+
+    /// Takes the trial state of `stage` as relaxed, and lets the branches follow the motion from there.
+    pub(super) fn begin_viscous(&mut self, stage: &Stage) {
+        for solid in &mut self.solids {
+            let Some(viscous) = &mut solid.viscous else { continue };
+            viscous.begin(&solid.group.isochoric_stress(&stage.trial.u.local()), D);
+        }
+        self.relaxes = true;
+    }
+
+    /// Advances the branches to the trial state of `stage`, which is accepted.
+    pub(super) fn advance_viscous(&mut self, stage: &Stage) {
+        for solid in &mut self.solids {
+            let Some(viscous) = &mut solid.viscous else { continue };
+            viscous.advance(&solid.group, stage.elapsed(), &stage.trial.u.local());
         }
     }
 

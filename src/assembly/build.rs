@@ -39,6 +39,7 @@ pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
             MassChoice::Redistributed | MassChoice::RedistributedIfPossible => MassKind::Redistributed,
         },
         damping: body.damping,
+        series: body.series.clone(),
     };
     model.bodies.iter().map(body).collect()
 }

@@ -8,6 +8,7 @@ use super::mass::{Supported, masked, masses_of};
 use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
 use super::solid::SolidElements;
+use super::viscous::ViscousState;
 use crate::element::{ElementSink, Request};
 use crate::error::{Error, Result, agree};
 use crate::petsc::{BlockPattern, BlockValues, Format, Matrix, NO_SLOT, Operator, Session, Vector};
@@ -35,7 +36,7 @@ impl DampingMatrix {
     ) -> Result<Self> {
         let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
         let at_rest = vec![0.0; supported.constrained.len()];
-        let undeformed = SolidFields { u: &at_rest, start: None };
+        let undeformed = SolidFields { u: &at_rest, start: None, viscous: ViscousState::Relaxed };
         let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
         let filled = matrix.fill(|values| {
             values.zero();

@@ -2,6 +2,7 @@
 
 use super::scatter::{ForceSink, LiftTarget, MatrixSink};
 use super::solid::SolidElements;
+use super::viscous::ViscousState;
 use crate::dynamics::{OverStep, Stage};
 use crate::element::{ElementSink, Inverted, Request};
 use crate::petsc::BlockValues;
@@ -15,12 +16,18 @@ pub struct SolidFields<'a> {
     /// The state at the start of the step, if forces conserve over a step and the trial state is
     /// its midpoint.
     pub start: Option<&'a [f64]>,
+    /// Stress of Prony series to include.
+    pub viscous: ViscousState,
 }
 
 impl<'a> SolidFields<'a> {
     /// Uses the trial state `u` of `stage`, whose start is `start`.
     pub fn of(stage: &Stage, u: &'a [f64], start: &'a [f64]) -> Self {
-        Self { u, start: (stage.over_step == OverStep::Middle).then_some(start) }
+        Self {
+            u,
+            start: (stage.over_step == OverStep::Middle).then_some(start),
+            viscous: ViscousState::Present,
+        }
     }
 }
 
@@ -45,7 +52,10 @@ impl<const D: usize> SolidElements<D> {
     ) -> std::result::Result<(), Inverted> {
         match at.start {
             Some(start) => self.group.evaluate_step(start, at.u, request, sink),
-            None => self.group.evaluate(at.u, request, sink),
+            None => {
+                let viscous = self.viscous.as_ref().and_then(|viscous| viscous.overstress(at.viscous));
+                self.group.evaluate_viscous(at.u, viscous, request, sink)
+            }
         }
     }
 

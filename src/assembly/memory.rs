@@ -1,15 +1,17 @@
 //! State of the system that outlives a step, in the form in which a checkpoint stores it.
 //!
 //! Rows are keyed by the nodes' numbers in the input mesh. Contact points are vertices, which are
-//! at nodes.
+//! at nodes. The branches of viscous bodies are keyed by the elements' numbers in the input mesh and by
+//! their points.
 
 use std::rc::Rc;
 
 use mpi::traits::CommunicatorCollectives;
 use serde::{Deserialize, Serialize};
 
-use super::bodies::Bodies;
+use super::bodies::{Bodies, ViscousBody};
 use super::contact::LocalContact;
+use super::solid::SolidElements;
 use super::stages::MatrixTarget;
 use super::system::ContactSystem;
 use crate::checkpoint::StoredTable;
@@ -19,12 +21,19 @@ use crate::contact::state::{Branches, ContactState};
 use crate::dynamics::{
     ChangedLaw, ContactSource, MatrixSource, OverStep, SearchSource, Sources, Stage, StageSettings,
 };
+use crate::element::{ViscousHistory, components};
 use crate::error::{Error, Result};
+use crate::lanes::WIDTH;
+use crate::material::Overstress;
 use crate::petsc::{Session, Vector};
 use crate::terms::Terms;
 
 /// Number of nodes that are written at a time.
 const NODES: u64 = 1 << 16;
+
+/// Number of keys of an element in the table of a viscous body, one for each point of its rule. hex27
+/// has the most points, 27.
+const POINTS: u64 = 32;
 
 /// Fields of the nodes with their names and with as many components as dimensions, or one.
 pub type NamedFields = Vec<(String, Vec<f64>)>;
@@ -56,6 +65,8 @@ struct StoredMatrix {
     settings: StageSettings,
     orientations: Vec<[f64; 4]>,
     laws: Vec<ChangedLaw>,
+    /// Whether the bodies had viscous stress that is stored.
+    viscous: bool,
     search: Option<usize>,
 }
 
@@ -68,9 +79,11 @@ struct StoredSearch {
     below: Vec<Vec<u64>>,
 }
 
-/// The tables of a checkpoint on this rank: that of the nodes, then those of the contacts.
+/// The tables of a checkpoint on this rank: that of the nodes, then those of the contacts, then those
+/// of the viscous bodies.
 pub struct StoredState {
     tables: Vec<StoredTable>,
+    contacts: usize,
     dimension: usize,
 }
 
@@ -82,6 +95,7 @@ impl StoredSources {
             settings: source.settings,
             orientations: source.orientations.clone(),
             laws: source.contacts.iter().map(|contact| contact.law).collect(),
+            viscous: source.viscous.is_some(),
             search: source
                 .search
                 .as_ref()
@@ -111,7 +125,12 @@ impl StoredSources {
     ///
     /// # Errors
     /// A column is missing.
-    pub fn sources<const D: usize>(&self, session: &Session, tables: &StoredState) -> Result<Sources> {
+    pub fn sources<const D: usize>(
+        &self,
+        system: &ContactSystem<D>,
+        tables: &StoredState,
+    ) -> Result<Sources> {
+        let session = system.session();
         let rank = session.rank() as usize;
         let mut sources = Sources::default();
         for (k, search) in self.searches.iter().enumerate() {
@@ -129,6 +148,15 @@ impl StoredSources {
         for (k, matrix) in self.matrices.iter().enumerate() {
             let field = |name| tables.field(&of_matrix(k, name));
             let points = |contact| tables.contact_block(contact, &point_names::<D>(k));
+            let viscous = matrix.viscous.then(|| {
+                let names = stress_names::<D>(k);
+                let of_group = |solid: &SolidElements<D>, body: &ViscousBody| {
+                    let values = tables.viscous_block(&system.bodies, body, solid, &names)?;
+                    let factor = body.series.factor(matrix.settings.elapsed());
+                    Ok(Rc::new(Overstress { factor, predicted: packed::<D>(solid, &values) }))
+                };
+                system.bodies.viscous_groups().map(|(solid, body)| of_group(solid, body)).collect()
+            });
             let contact = |(number, law): (usize, &ChangedLaw)| {
                 points(number).map(|points| ContactSource { law: *law, points })
             };
@@ -140,6 +168,7 @@ impl StoredSources {
                 v: field("v")?,
                 u_start: field("u_start")?,
                 contacts: matrix.laws.iter().enumerate().map(contact).collect::<Result<_>>()?,
+                viscous: viscous.transpose()?,
                 search: matrix.search.and_then(|number| sources.searches.get(number).cloned()),
             }));
         }
@@ -155,7 +184,7 @@ impl StoredState {
     /// Creates empty tables for the sections of a checkpoint, given by names and columns.
     ///
     /// # Errors
-    /// The checkpoint has other sections than the nodes and the contacts.
+    /// The checkpoint has other sections than the nodes, the contacts and the viscous bodies.
     pub fn wanted<'a, const D: usize>(
         system: &ContactSystem<D>,
         sections: impl Iterator<Item = (&'a str, &'a [String])>,
@@ -164,6 +193,9 @@ impl StoredState {
         keys.extend(
             system.contacts.iter().map(|contact| (table_of(contact), point_keys(&system.bodies, contact))),
         );
+        let viscous = system.bodies.viscous.iter();
+        let all = |_: &SolidElements<D>, _: usize| true;
+        keys.extend(viscous.map(|body| (body.table(), element_keys(&system.bodies, body, all))));
         let sections: Vec<_> = sections.collect();
         let known = keys.iter().map(|(name, _)| name.as_str());
         if !known.eq(sections.iter().map(|(name, _)| *name)) {
@@ -173,7 +205,7 @@ impl StoredState {
         for ((name, keys), (_, columns)) in keys.into_iter().zip(&sections) {
             tables.push(StoredTable::keyed(&name, columns.to_vec(), keys, NODES));
         }
-        Ok(Self { tables, dimension: D })
+        Ok(Self { tables, contacts: system.contacts.len(), dimension: D })
     }
 
     /// A field of the nodes.
@@ -207,6 +239,25 @@ impl StoredState {
     fn contact_block(&self, contact: usize, columns: &[String]) -> Result<Vec<f64>> {
         let points = self.tables.get(1 + contact);
         points.ok_or_else(|| Error::internal("a checkpoint without a contact"))?.block(columns)
+    }
+
+    /// The columns of the elements of a group, element by element and point by point.
+    fn viscous_block<const D: usize>(
+        &self,
+        bodies: &Bodies<D>,
+        body: &ViscousBody,
+        solid: &SolidElements<D>,
+        columns: &[String],
+    ) -> Result<Vec<f64>> {
+        let table = self.tables.get(1 + self.contacts + body.number);
+        let table = table.ok_or_else(|| Error::internal("a checkpoint without a viscous body"))?;
+        let values = table.block(columns)?;
+        // The rows are those of all groups of the body.
+        let before = bodies.solids.iter().take_while(|other| !std::ptr::eq(*other, solid));
+        let rows = |solid: &SolidElements<D>| solid.group.elements().len() * solid.group.full_points();
+        let first: usize = before.filter(|other| other.body == solid.body).map(rows).sum();
+        let width = columns.len();
+        Ok(values[first * width..(first + rows(solid)) * width].to_vec())
     }
 }
 
@@ -276,6 +327,23 @@ impl<const D: usize> ContactSystem<D> {
             }
             contact.state.note_gaps();
         }
+        self.resume_branches(tables)
+    }
+
+    /// Restores the branches of viscous bodies.
+    fn resume_branches(&mut self, tables: &StoredState) -> Result<()> {
+        let mut histories = Vec::new();
+        for (solid, body) in self.bodies.viscous_groups() {
+            let names = history_names::<D>(body.series.branches().len());
+            let values = tables.viscous_block(&self.bodies, body, solid, &names)?;
+            let points = solid.group.full_points();
+            let mut history = ViscousHistory::zero(&body.series, solid.group.points_of_batches(), D);
+            for (row, values) in values.chunks_exact(names.len()).enumerate() {
+                history.set(row / points, points, row % points, values);
+            }
+            histories.push(history);
+        }
+        self.bodies.resume_viscous(histories);
         Ok(())
     }
 
@@ -293,6 +361,7 @@ impl<const D: usize> ContactSystem<D> {
             u_start: stage.start.u.owned().to_vec(),
             orientations: self.bodies.free.orientations(),
             contacts: self.contacts.iter().map(contact).collect(),
+            viscous: self.bodies.viscous_sources(),
             search: self.search.clone(),
         }
     }
@@ -310,6 +379,7 @@ impl<const D: usize> ContactSystem<D> {
             }
         }
         self.bodies.free.set_orientations(&source.orientations);
+        self.bodies.use_viscous(source.viscous.as_deref());
         let mut stage = Stage::new(self.pattern_vector(), self.bodies.is_dynamic())?;
         source.settings.apply_to(&mut stage);
         self.continuation = source.settings.continuation;
@@ -369,7 +439,98 @@ pub fn state_tables<const D: usize>(
         let keys = point_keys(&system.bodies, contact);
         tables.push(StoredTable::of_blocks(&table_of(contact), keys, NODES, &blocks));
     }
+    tables.extend(system.bodies.viscous.iter().map(|body| branch_table(system, body, sources)));
     tables
+}
+
+/// Table of the branches of a body, and of the stress of kept matrices.
+fn branch_table<const D: usize>(
+    system: &ContactSystem<D>,
+    body: &ViscousBody,
+    sources: &Sources,
+) -> StoredTable {
+    let bodies = &system.bodies;
+    let own =
+        |solid: &SolidElements<D>, index: usize| bodies.local.mine[solid.group.elements()[index] as usize];
+    let mut histories = Vec::new();
+    let mut stresses: Vec<Vec<f64>> = vec![Vec::new(); sources.matrices.len()];
+    let width = components(D);
+    for (number, (solid, _)) in
+        bodies.viscous_groups().enumerate().filter(|(_, (_, other))| other.number == body.number)
+    {
+        let points = solid.group.full_points();
+        let history = solid.viscous.as_ref().and_then(|viscous| viscous.history());
+        for index in (0..solid.group.elements().len()).filter(|&index| own(solid, index)) {
+            for point in 0..points {
+                histories.extend(history.iter().flat_map(|history| history.at(index, points, point)));
+                for (source, values) in sources.matrices.iter().zip(&mut stresses) {
+                    let first = (index / WIDTH * points + point) * width;
+                    let stress = source
+                        .viscous
+                        .iter()
+                        .flat_map(|groups| &groups[number].predicted[first..first + width]);
+                    values.extend(stress.map(|pack| pack[index % WIDTH]));
+                }
+            }
+        }
+    }
+    let mut blocks = vec![(history_names::<D>(body.series.branches().len()), histories)];
+    for (k, values) in
+        stresses.into_iter().enumerate().filter(|(k, _)| sources.matrices[*k].viscous.is_some())
+    {
+        blocks.push((stress_names::<D>(k), values));
+    }
+    StoredTable::of_blocks(&body.table(), element_keys(bodies, body, own), NODES, &blocks)
+}
+
+/// Keys of the points of a body's elements on this rank that are `wanted`.
+fn element_keys<const D: usize>(
+    bodies: &Bodies<D>,
+    body: &ViscousBody,
+    wanted: impl Fn(&SolidElements<D>, usize) -> bool,
+) -> Vec<u64> {
+    let mut keys = Vec::new();
+    for (solid, _) in bodies.viscous_groups().filter(|(_, other)| other.number == body.number) {
+        for (index, &element) in solid.group.elements().iter().enumerate() {
+            if wanted(solid, index) {
+                let first = POINTS * u64::from(bodies.local.input_element[element as usize]);
+                keys.extend((0..solid.group.full_points() as u64).map(|point| first + point));
+            }
+        }
+    }
+    keys
+}
+
+/// Values of all points of a group, element by element, in lanes.
+fn packed<const D: usize>(solid: &SolidElements<D>, values: &[f64]) -> Vec<[f64; WIDTH]> {
+    let points = solid.group.full_points();
+    let width = components(D);
+    let mut out = vec![[0.0; WIDTH]; solid.group.points_of_batches() * width];
+    for (row, values) in values.chunks_exact(width).enumerate() {
+        let (index, point) = (row / points, row % points);
+        let first = (index / WIDTH * points + point) * width;
+        for (pack, value) in out[first..first + width].iter_mut().zip(values) {
+            pack[index % WIDTH] = *value;
+        }
+    }
+    out
+}
+
+/// Names of the components of the tensors of a history.
+fn history_names<const D: usize>(branches: usize) -> Vec<String> {
+    let tensors =
+        std::iter::once("isochoric".to_owned()).chain((1..=branches).map(|k| format!("branch {k}")));
+    tensors.flat_map(|name| tensor_names::<D>(&name)).collect()
+}
+
+/// Names of the components of the stress of a kept matrix.
+fn stress_names<const D: usize>(number: usize) -> Vec<String> {
+    tensor_names::<D>(&of_matrix(number, "viscous"))
+}
+
+fn tensor_names<const D: usize>(name: &str) -> Vec<String> {
+    let components = ["xx", "yy", "zz", "xy", "yz", "xz"].iter().take(components(D));
+    components.map(|component| format!("{name}_{component}")).collect()
 }
 
 fn node_keys<const D: usize>(bodies: &Bodies<D>) -> Vec<u64> {

@@ -41,6 +41,7 @@ mod system;
 mod tangent;
 pub mod targets;
 mod tools;
+mod viscous;
 
 pub use augmentation::depths;
 pub use bodies::Bodies;

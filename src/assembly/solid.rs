@@ -2,10 +2,13 @@
 //! entries.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use super::scatter::ScatterMap;
+use super::viscous::ViscousElements;
 use crate::element::{ElementGroup, Formulation};
 use crate::error::Result;
+use crate::material::PronySeries;
 use crate::mesh::ElementKind;
 use crate::model::RayleighFactors;
 use crate::partition::LocalMesh;
@@ -32,12 +35,14 @@ pub struct SolidElements<const D: usize> {
     pub mass: MassKind,
     /// Damping of the body.
     pub damping: Option<RayleighFactors>,
+    /// Viscous branches; `None` for an elastic body.
+    pub viscous: Option<ViscousElements>,
     /// Index of the body.
     pub body: usize,
 }
 
 /// Physical model of one body.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BodyPhysics {
     /// Law, kinematics, locking, density.
     pub formulation: Formulation,
@@ -45,6 +50,8 @@ pub struct BodyPhysics {
     pub mass: MassKind,
     /// Damping.
     pub damping: Option<RayleighFactors>,
+    /// Prony series; `None` for an elastic body.
+    pub series: Option<Rc<PronySeries>>,
 }
 
 /// Creates the solids of a rank: one group for each body and kind of element, with elements in
@@ -73,6 +80,7 @@ pub fn solids<const D: usize>(
             map,
             mass: physics.mass,
             damping: physics.damping,
+            viscous: physics.series.clone().map(ViscousElements::new),
             body: usize::from(body),
         });
     }

@@ -236,6 +236,7 @@ impl<const D: usize> ContactSystem<D> {
             contact.remember_multipliers();
         }
         self.continuation.start_factor = self.factor;
+        self.bodies.begin_viscous(stage);
         stage.start_forces.copy_from(&self.forces)?;
         self.bodies.rest_massless(&mut stage.start_forces);
         Ok(())
@@ -291,6 +292,7 @@ impl<const D: usize> ContactSystem<D> {
             contact.begin_step();
         }
         self.continuation.start_factor = self.factor;
+        self.bodies.advance_viscous(stage);
         stage.start_forces.copy_from(&self.forces)?;
         self.bodies.rest_massless(&mut stage.start_forces);
         self.bodies.calm_massless(stage)?;

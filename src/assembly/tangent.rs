@@ -27,6 +27,7 @@ impl<const D: usize> ContactSystem<D> {
         mut lift: Option<Lift>,
     ) -> Result<()> {
         self.place_targets(stage);
+        self.bodies.prepare_viscous(stage);
         let damping = self.bodies.damping.as_ref();
         let damping = damping.filter(|_| terms.contains(Terms::DAMPING) && self.continuation.damped);
         if let (Some(damping), Some(Lift { change, rhs })) = (damping, &mut lift) {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::damping::Damping;
 use super::sets::BodySet;
+use super::viscoelasticity::Viscoelasticity;
 use crate::material::Material;
 use crate::reader::at::{At, Named};
 use crate::reader::complaint::Complaint;
@@ -24,6 +25,9 @@ pub struct Body {
     pub sets: Named<BodySet>,
     /// Hyperelastic law and its parameters.
     pub material: Material,
+    /// Relaxation of the isochoric stress; none if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscoelasticity: Option<At<Viscoelasticity>>,
     /// Reference density [kg/m3], >= 0. Required in dynamics and with gravity. A body without mass
     /// has no inertia and follows its supports, loads and contacts instantaneously.
     #[serde(default, skip_serializing_if = "Option::is_none")]

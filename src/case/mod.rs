@@ -20,6 +20,7 @@ mod sets;
 mod solver;
 mod start;
 mod time;
+mod viscoelasticity;
 
 use std::fs::File;
 use std::io::Read;
@@ -49,6 +50,7 @@ pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::Time;
+pub use viscoelasticity::{PronyTerm, Viscoelasticity, ViscousModuli};
 
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result};

@@ -287,7 +287,12 @@ mod tests {
         let mut later = whole.clone();
         later[MAGIC.len()] = FORMAT as u8 + 1;
         std::fs::write(&path, &later).unwrap();
-        assert!(verify(&path).unwrap_err().message.contains(&format!("format {}; this program reads format {FORMAT}", FORMAT + 1)));
+        assert!(
+            verify(&path)
+                .unwrap_err()
+                .message
+                .contains(&format!("format {}; this program reads format {FORMAT}", FORMAT + 1))
+        );
     }
 
     /// A writer that is dropped before it finishes leaves no file.

@@ -206,6 +206,11 @@ impl Stage {
         Ok(())
     }
 
+    /// Time from the start of the step to the trial state \[s\].
+    pub fn elapsed(&self) -> f64 {
+        self.trial.time - self.start.time
+    }
+
     /// Makes the trial state the start of the next step.
     pub fn accept(&mut self) {
         std::mem::swap(&mut self.start, &mut self.trial);

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Balance, Continuation, Equations, OverStep, RigidInstant, Shifts, Split, Stage};
 use crate::error::{Error, Result};
+use crate::material::Overstress;
 use crate::terms::Terms;
 
 /// The settings of a [`Stage`] and of the equations that an assembly reads.
@@ -48,6 +49,11 @@ impl StageSettings {
         }
     }
 
+    /// Time from the start of the step to the trial state \[s\].
+    pub fn elapsed(&self) -> f64 {
+        self.time - self.start_time
+    }
+
     /// Gives the stage these settings.
     pub fn apply_to(&self, stage: &mut Stage) {
         stage.trial.time = self.time;
@@ -79,6 +85,7 @@ pub trait Resumption: Equations {
             u_start: stage.start.u.owned().to_vec(),
             orientations: Vec::new(),
             contacts: Vec::new(),
+            viscous: None,
             search: None,
         })
     }
@@ -147,6 +154,9 @@ pub struct MatrixSource {
     pub orientations: Vec<[f64; 4]>,
     /// The contacts.
     pub contacts: Vec<ContactSource>,
+    /// Stress of the Prony series of each group of viscous elements. It is `None` if no body is
+    /// viscous, or if all are relaxed.
+    pub viscous: Option<Vec<Rc<Overstress>>>,
     /// The search that found the facets of the contacts. It is `None` without contact.
     pub search: Option<Rc<SearchSource>>,
 }

@@ -7,7 +7,7 @@ use super::solid::Solid;
 use super::workspace::Job;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::dispatch;
-use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Part};
+use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Overstress, Part, PointLaw};
 
 impl<const D: usize> ElementGroup<D> {
     /// Internal force (and, on request, its derivative) of each element at the nodal displacements
@@ -24,7 +24,22 @@ impl<const D: usize> ElementGroup<D> {
         request: Request,
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted> {
-        let job = Job { group: self, u, request, sink };
+        self.evaluate_viscous(u, None, request, sink)
+    }
+
+    /// Like [`evaluate`](Self::evaluate) with the stress of a Prony series, which is added at the
+    /// points of the full rule.
+    ///
+    /// # Errors
+    /// The first inverted element of the group.
+    pub fn evaluate_viscous(
+        &self,
+        u: &[f64],
+        viscous: Option<&Overstress>,
+        request: Request,
+        sink: &mut dyn ElementSink,
+    ) -> std::result::Result<(), Inverted> {
+        let job = Job { group: self, u, viscous, request, sink };
         match self.formulation.kinematics {
             Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, self.formulation.moduli())),
             Kinematics::Finite => self.formulation.material.accept(Evaluate(job)),
@@ -39,16 +54,29 @@ impl<const D: usize> LawTask for Evaluate<'_, D> {
     type Output = std::result::Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        let parts = self.0.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
-        dispatch(General::new(self.0, parts))
+        run_general(self.0, |part| Box::new(LawPart::<P>(law.constants(part))))
     }
 
     fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
-        let parts = self.0.group.parts(|part| law.energy_of_part(part));
-        dispatch(General::new(self.0, parts))
+        run_general(self.0, |part| law.energy_of_part(part))
     }
 
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
-        dispatch(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
+        match self.0.viscous {
+            None => dispatch(Solid::<P, D>::new(self.0, law.constants(Part::Whole))),
+            // The tangent of the viscous stress does not have the fast form.
+            Some(_) => self.run(law),
+        }
+    }
+}
+
+/// Runs the kernel for any law, of which `part` gives the parts.
+fn run_general<K: PointLaw + ?Sized, const D: usize>(
+    job: Job<D>,
+    part: impl Fn(Part) -> Box<K>,
+) -> std::result::Result<(), Inverted> {
+    match job.viscous {
+        None => dispatch(General::<K, D, false>::new(job, part)),
+        Some(_) => dispatch(General::<K, D, true>::new(job, part)),
     }
 }

@@ -4,34 +4,55 @@
 //! `K_ab = g_a . A g_b` with the reference gradients `g_a` of the shape functions and the first
 //! elasticity tensor `A_iJkL = F_iI C_IJKL F_kK + delta_ik S_JL`. [`PointLaw::contract`] gives the
 //! columns of `C`. Only blocks `b >= a` are summed; the others follow by symmetry.
+//!
+//! A viscoelastic group adds the stress of its Prony series at the points of the full rule.
 
 use super::Inverted;
 use super::batch::{Sample, check};
 use super::tangent::Wanted;
+use super::viscous::{added_stress, in_plane, in_space};
 use super::workspace::{Job, Workspace};
 use crate::lanes::{Lane, LaneTask, WIDTH};
-use crate::material::{PointLaw, Response};
-use crate::square::{Row, Square, apply, apply_add, det_minus_one, plus_one, product, scale_all, transpose};
+use crate::material::{Deviator, DeviatorTangent, FiniteDeviator, Overstress, Part, PointLaw, Response};
+use crate::square::{
+    Row, Square, apply, apply_add, det_minus_one, plus_one, product, scale_all, sum, transpose,
+};
 
-/// A job with the parts of a law.
-pub(super) struct General<'a, K: ?Sized, const D: usize> {
+/// A job with the parts of a law. `VISCOUS` is set if the job has the stress of a Prony series.
+pub(super) struct General<'a, K: ?Sized, const D: usize, const VISCOUS: bool> {
     job: Job<'a, D>,
     /// One entry for each pass.
     parts: Vec<Box<K>>,
+    /// Part of the law whose isochoric stress relaxes; `None` for an elastic group.
+    relaxing: Option<Box<K>>,
 }
 
-impl<'a, K: ?Sized, const D: usize> General<'a, K, D> {
-    pub fn new(job: Job<'a, D>, parts: Vec<Box<K>>) -> Self {
-        Self { job, parts }
+impl<'a, K: ?Sized, const D: usize, const VISCOUS: bool> General<'a, K, D, VISCOUS> {
+    /// A job with the law of which `part` gives the parts.
+    pub fn new(job: Job<'a, D>, part: impl Fn(Part) -> Box<K>) -> Self {
+        let parts = job.group.parts(&part);
+        let relaxing = job.viscous.map(|_| part(Part::Shear));
+        Self { job, parts, relaxing }
     }
 }
 
-impl<K: PointLaw + ?Sized, const D: usize> LaneTask for General<'_, K, D> {
+/// Viscous stress at one sample.
+#[derive(Clone, Copy)]
+struct Viscous<'a, K: ?Sized> {
+    law: &'a K,
+    overstress: &'a Overstress,
+    /// Number of the sample among those of the group.
+    number: usize,
+}
+
+impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for General<'_, K, D, VISCOUS> {
     type Output = std::result::Result<(), Inverted>;
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> Self::Output {
-        let Job { group, u, request, sink } = self.job;
+        let Job { group, u, viscous, request, sink } = self.job;
+        // Elastic groups have a kernel without the viscous code.
+        let viscous = if VISCOUS { viscous.zip(self.relaxing.as_deref()) } else { None };
         let n = group.kind.nodes();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
@@ -42,13 +63,19 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for General<'_, K, D> {
             work.gather(unit, nodes, points, u);
             reserves.clear();
             let mut point = 0;
-            for (pass, law) in group.passes.iter().zip(&self.parts) {
+            for (number, (pass, law)) in group.passes.iter().zip(&self.parts).enumerate() {
+                let viscous = viscous.filter(|_| number == 0);
                 for q in 0..pass.samples() {
                     let sample = work.batch.locate(unit, pass, q);
                     for (gradient, slope) in gradients.iter_mut().zip(&work.batch.slopes) {
                         *gradient = apply(&sample.map, slope);
                     }
-                    let det_f = add_law(&mut work, &gradients, &sample, &**law, wanted);
+                    let viscous = viscous.map(|(overstress, law)| Viscous {
+                        law,
+                        overstress,
+                        number: batch * pass.samples() + q,
+                    });
+                    let det_f = add_law(&mut work, &gradients, &sample, &**law, viscous, wanted);
                     work.det_f[point] = det_f.lanes();
                     if let Some(reserve) = law.reserve(&sample.grad_u[0]) {
                         reserves.push(reserve.lanes());
@@ -70,17 +97,33 @@ fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     gradients: &[Row<L, D>],
     sample: &Sample<L, D, 1>,
     law: &K,
+    viscous: Option<Viscous<K>>,
     wanted: Option<Wanted<L>>,
 ) -> L {
     let grad_u = &sample.grad_u[0];
     let f = plus_one(grad_u);
-    let second_piola = match wanted {
-        None => law.stress(grad_u),
-        Some(wanted) => {
-            let response = law.respond(grad_u);
-            let elasticity = elasticity::<K, L, D>(&response, &f, sample.volume, wanted);
+    let second_piola = match (wanted, viscous) {
+        (None, None) => law.stress(grad_u),
+        (None, Some(viscous)) => sum(&law.stress(grad_u), &viscous.stress(grad_u)),
+        (Some(wanted), None) => {
+            let Response { second_piola, tangent } = law.respond(grad_u);
+            let tangent = Elastic::<K, L, D>(&tangent);
+            let elasticity = elasticity(&second_piola, &tangent, &f, sample.volume, wanted);
             work.blocks.add_elasticity(gradients, &elasticity);
-            response.second_piola
+            second_piola
+        }
+        (Some(wanted), Some(viscous)) => {
+            let elastic = law.respond(grad_u);
+            let added = viscous.respond(grad_u);
+            let second_piola = sum(&elastic.second_piola, &added.second_piola);
+            let tangent = Relaxing::<K, L, D> {
+                elastic: &elastic.tangent,
+                factor: viscous.overstress.factor,
+                deviator: &added.tangent,
+            };
+            let elasticity = elasticity(&second_piola, &tangent, &f, sample.volume, wanted);
+            work.blocks.add_elasticity(gradients, &elasticity);
+            second_piola
         }
     };
     let flux = scale_all(&product(&f, &second_piola), sample.volume);
@@ -90,10 +133,66 @@ fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     det_minus_one(grad_u) + sample.volume.constant(1.0)
 }
 
+impl<K: PointLaw + ?Sized> Viscous<'_, K> {
+    /// `factor S_iso + predicted`
+    #[inline(always)]
+    fn stress<L: Lane, const D: usize>(&self, grad_u: &Square<L, D>) -> Square<L, D> {
+        self.with_history(&FiniteDeviator(self.law).stress(&in_space(grad_u)))
+    }
+
+    /// Stress, and the tangent of `S_iso`.
+    #[inline(always)]
+    fn respond<L: Lane, const D: usize>(
+        &self,
+        grad_u: &Square<L, D>,
+    ) -> Response<L, DeviatorTangent<L, K::Tangent<L, 3>>, D> {
+        let response = FiniteDeviator(self.law).respond(&in_space(grad_u));
+        Response { second_piola: self.with_history(&response.second_piola), tangent: response.tangent }
+    }
+
+    #[inline(always)]
+    fn with_history<L: Lane, const D: usize>(&self, isochoric: &Square<L, 3>) -> Square<L, D> {
+        added_stress(self.overstress, self.number, isochoric)
+    }
+}
+
+/// Change of a stress with the strain.
+trait Contraction<L, const D: usize> {
+    /// `dS` for a symmetric change of Green's strain.
+    fn contract(&self, strain: &Square<L, D>) -> Square<L, D>;
+}
+
+/// The tangent of a law.
+struct Elastic<'a, K: PointLaw + ?Sized, L: Lane, const D: usize>(&'a K::Tangent<L, D>);
+
+/// The tangent of a law with a Prony series.
+struct Relaxing<'a, K: PointLaw + ?Sized, L: Lane, const D: usize> {
+    elastic: &'a K::Tangent<L, D>,
+    factor: f64,
+    deviator: &'a DeviatorTangent<L, K::Tangent<L, 3>>,
+}
+
+impl<K: PointLaw + ?Sized, L: Lane, const D: usize> Contraction<L, D> for Elastic<'_, K, L, D> {
+    #[inline(always)]
+    fn contract(&self, strain: &Square<L, D>) -> Square<L, D> {
+        K::contract(self.0, strain)
+    }
+}
+
+impl<K: PointLaw + ?Sized, L: Lane, const D: usize> Contraction<L, D> for Relaxing<'_, K, L, D> {
+    #[inline(always)]
+    fn contract(&self, strain: &Square<L, D>) -> Square<L, D> {
+        let added = FiniteDeviator::<K>::contract(self.deviator, &in_space(strain));
+        let factor = strain[0][0].constant(self.factor);
+        sum(&K::contract(self.elastic, strain), &scale_all(&in_plane(&added), factor))
+    }
+}
+
 /// `A_iJkL` times the volume, as `[i][k][L][J]`.
 #[inline(always)]
-fn elasticity<K: PointLaw + ?Sized, L: Lane, const D: usize>(
-    response: &Response<L, K::Tangent<L, D>, D>,
+fn elasticity<C: Contraction<L, D>, L: Lane, const D: usize>(
+    second_piola: &Square<L, D>,
+    tangent: &C,
     f: &Square<L, D>,
     volume: L,
     wanted: Wanted<L>,
@@ -101,7 +200,7 @@ fn elasticity<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     let zero = volume.constant(0.0);
     let half = volume.constant(0.5);
     let carrier = scale_all(f, volume * wanted.material);
-    let stress = scale_all(&response.second_piola, volume * wanted.geometric);
+    let stress = scale_all(second_piola, volume * wanted.geometric);
     // columns[K][L][J][i] = F_iI C_IJKL
     let mut columns = [[[[zero; D]; D]; D]; D];
     for k in 0..D {
@@ -109,7 +208,7 @@ fn elasticity<K: PointLaw + ?Sized, L: Lane, const D: usize>(
             let mut strain = [[zero; D]; D];
             strain[k][l] = half;
             strain[l][k] = strain[l][k] + half;
-            let change = K::contract(&response.tangent, &strain);
+            let change = tangent.contract(&strain);
             columns[k][l] = transpose(&product(&carrier, &change));
             columns[l][k] = columns[k][l];
         }

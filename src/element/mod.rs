@@ -18,12 +18,14 @@ mod stress;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod viscous;
 mod workspace;
 
 pub use group::{ElementGroup, Formulation};
 pub use kinematics::{Kinematics, LOCKS, Locking, locks};
 pub use loads::{Configuration, LoadedSurface};
 pub use stress::{Cauchy, CauchyState, ElementStress};
+pub use viscous::{ViscousEnergies, ViscousHistory, components};
 
 use crate::terms::Terms;
 

@@ -8,15 +8,19 @@
 //!
 //! This needs a third of the operations of the textbook product. Only blocks `b >= a` are summed;
 //! the others follow by symmetry.
+//!
+//! A viscoelastic group comes here only in linear kinematics, where the stress of its Prony series is
+//! a change of the moduli and a stress that is known.
 
 use std::marker::PhantomData;
 
 use super::Inverted;
 use super::batch::{Sample, check};
 use super::tangent::{Form, Tangent, Wanted, first_form};
+use super::viscous::added_stress;
 use super::workspace::{Job, Workspace};
 use crate::lanes::{Lane, LaneTask, WIDTH};
-use crate::material::{MetricLaw, Moduli};
+use crate::material::{MetricLaw, Moduli, Overstress};
 use crate::square::{apply_add, product, scale_all};
 
 /// A job with a law known at compile time.
@@ -37,7 +41,7 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> Self::Output {
-        let Job { group, u, request, sink } = self.job;
+        let Job { group, u, viscous, request, sink } = self.job;
         let n = group.kind.nodes();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
@@ -46,11 +50,17 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
             work.gather(unit, nodes, points, u);
             let mut point = 0;
             for (number, pass) in group.passes.iter().enumerate() {
-                let moduli = self.moduli.part(pass.part).in_lanes(unit);
+                let viscous = viscous.filter(|_| number == 0);
+                let moduli = self.moduli.part(pass.part);
+                let moduli = viscous.map_or(moduli, |viscous| stiffened(self.moduli, moduli, viscous.factor));
+                let moduli = moduli.in_lanes(unit);
                 let form = if number == 0 { first_form::<P>() } else { Form::Sum };
                 for q in 0..pass.samples() {
                     let sample = work.batch.locate(unit, pass, q);
                     let det_f = work.add_law::<P>(&sample, &moduli, wanted, form);
+                    if let Some(viscous) = viscous {
+                        work.add_history(viscous, batch * pass.samples() + q, &sample);
+                    }
                     work.det_f[point] = det_f.lanes();
                     point += 1;
                 }
@@ -65,7 +75,25 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
     }
 }
 
+/// Moduli of a part of Hooke's law to which `factor` times its deviator is added.
+fn stiffened(whole: Moduli<f64>, part: Moduli<f64>, factor: f64) -> Moduli<f64> {
+    let added = factor * whole.mu;
+    Moduli { lambda: part.lambda - 2.0 / 3.0 * added, mu: part.mu + added }
+}
+
 impl<L: Lane, const D: usize> Workspace<L, D> {
+    /// Adds the force of the stress that the history of a group in linear kinematics adds at sample
+    /// `number`.
+    #[inline(always)]
+    fn add_history(&mut self, viscous: &Overstress, number: usize, sample: &Sample<L, D, 1>) {
+        let zero = sample.volume.constant(0.0);
+        let stress = added_stress::<L, D>(viscous, number, &[[zero; 3]; 3]);
+        let flux = scale_all(&product(&stress, &sample.map), sample.volume);
+        for (force, slope) in self.force.iter_mut().zip(&self.batch.slopes) {
+            *force = apply_add(&flux, slope, force);
+        }
+    }
+
     /// Adds one sample; returns `det F` there.
     #[inline(always)]
     fn add_law<P: MetricLaw>(

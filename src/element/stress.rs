@@ -4,10 +4,13 @@ use nalgebra::DMatrix;
 
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, reference_gradients};
-use crate::material::{Hooke, Law, LawTask, MetricLaw, Part};
+use super::viscous::in_space;
+use crate::material::{
+    Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, MetricLaw, Overstress, Part,
+};
 use crate::mesh::ElementKind;
 use crate::space::reference;
-use crate::square::{Square, det_minus_one, plus_one, product, trace, transpose};
+use crate::square::{Square, det_minus_one, plus_one, product, sum, trace, transpose};
 
 /// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz`. In plane strain `zz` is the
 /// stress that enforces zero normal strain.
@@ -65,7 +68,17 @@ impl<const D: usize> ElementGroup<D> {
     ///
     /// If volume terms have a separate rule, their stress is fitted on that rule and added at every
     /// point.
-    pub fn stress(&self, u: &[f64], mut receive: impl FnMut(usize, &ElementStress)) {
+    pub fn stress(&self, u: &[f64], receive: impl FnMut(usize, &ElementStress)) {
+        self.viscous_stress(u, None, receive);
+    }
+
+    /// Like [`stress`](Self::stress) with the stress of a Prony series.
+    pub fn viscous_stress(
+        &self,
+        u: &[f64],
+        viscous: Option<&Overstress>,
+        mut receive: impl FnMut(usize, &ElementStress),
+    ) {
         let fits: Vec<_> =
             self.passes.iter().map(|pass| Fit::new(self.kind, pass, &self.passes[0])).collect();
         let mut element = Element::new(self.kind);
@@ -84,7 +97,9 @@ impl<const D: usize> ElementGroup<D> {
                 let mut mean = CauchyState::default();
                 for q in 0..pass.samples() {
                     let (grad_u, weight) = element.gradient(pass, q);
-                    let mut state = self.state(pass.part, &grad_u);
+                    let added = viscous.filter(|_| number == 0);
+                    let added = added.map(|viscous| self.added(viscous, index, q, &grad_u));
+                    let mut state = self.state(pass.part, &grad_u, added);
                     if number > 0 {
                         // The first pass already includes the volume ratio.
                         state.det_f = 0.0;
@@ -104,21 +119,35 @@ impl<const D: usize> ElementGroup<D> {
         }
     }
 
+    /// The second Piola stress that a Prony series adds at a point of an element \[Pa\].
+    fn added(
+        &self,
+        viscous: &Overstress,
+        index: usize,
+        point: usize,
+        grad_u: &Square<f64, D>,
+    ) -> Square<f64, 3> {
+        let solid = in_space(grad_u);
+        let isochoric = match self.formulation.kinematics {
+            Kinematics::Linear => LinearDeviator { mu: self.formulation.moduli().mu }.stress(&solid),
+            Kinematics::Finite => self.formulation.material.accept(IsochoricAt { grad_u: solid }),
+        };
+        viscous.at::<D>(index, self.passes[0].samples(), point, &isochoric)
+    }
+
     /// `sigma = F S F^T / J` of a part of the law for this displacement gradient, in 2D for plane
-    /// strain.
-    fn state(&self, part: Part, grad_u: &Square<f64, D>) -> CauchyState {
-        let mut solid = [[0.0; 3]; 3];
-        for (row, given) in solid.iter_mut().zip(grad_u) {
-            row[..D].copy_from_slice(given);
-        }
+    /// strain, with the second Piola stress `added`.
+    fn state(&self, part: Part, grad_u: &Square<f64, D>, added: Option<Square<f64, 3>>) -> CauchyState {
+        let solid = in_space(grad_u);
+        let with_added = |stress| added.map_or(stress, |added| sum(&stress, &added));
         if self.formulation.kinematics == Kinematics::Linear {
             let moduli = self.formulation.moduli().part(part);
-            let cauchy = Hooke::respond_with_metric(&moduli, &solid).second_piola;
+            let cauchy = with_added(Hooke::respond_with_metric(&moduli, &solid).second_piola);
             return CauchyState { cauchy: components(&cauchy, 1.0), det_f: 1.0 + trace(&solid) };
         }
         let det_f = 1.0 + det_minus_one(&solid);
         let f = plus_one(&solid);
-        let second_piola = self.formulation.material.accept(StressAt { part, grad_u: solid });
+        let second_piola = with_added(self.formulation.material.accept(StressAt { part, grad_u: solid }));
         let kirchhoff = product(&product(&f, &second_piola), &transpose(&f));
         CauchyState { cauchy: components(&kirchhoff, 1.0 / det_f), det_f }
     }
@@ -135,6 +164,19 @@ impl LawTask for StressAt {
 
     fn run<P: Law>(self, law: &P) -> Square<f64, 3> {
         P::stress(&law.constants(self.part), &self.grad_u)
+    }
+}
+
+/// The isochoric second Piola stress of a law \[Pa\].
+struct IsochoricAt {
+    grad_u: Square<f64, 3>,
+}
+
+impl LawTask for IsochoricAt {
+    type Output = Square<f64, 3>;
+
+    fn run<P: Law>(self, law: &P) -> Square<f64, 3> {
+        FiniteDeviator(&LawPart::<P>(law.constants(Part::Shear))).stress(&self.grad_u)
     }
 }
 

@@ -6,12 +6,15 @@ use super::group::{ElementGroup, Pass};
 use super::tangent::Blocks;
 use super::{ElementSink, Request};
 use crate::lanes::{Lane, WIDTH};
+use crate::material::Overstress;
 use crate::square::Row;
 
 /// One evaluation of a group.
 pub(super) struct Job<'a, const D: usize> {
     pub group: &'a ElementGroup<D>,
     pub u: &'a [f64],
+    /// Stress of a Prony series; `None` for an elastic group.
+    pub viscous: Option<&'a Overstress>,
     pub request: Request,
     pub sink: &'a mut dyn ElementSink,
 }

@@ -48,9 +48,9 @@ impl RunGuard {
     pub fn new<const D: usize>(case: &Case, model: &Model<D>, scheme: Scheme, start: &Energies) -> Self {
         let speed = |contact: &crate::model::ContactModel<D>| {
             let of_body = |&body: &usize| {
-                let formulation = &model.bodies[body].formulation;
-                let stiffness = formulation.moduli().uniaxial_strain();
-                (stiffness / formulation.density.max(f64::MIN_POSITIVE)).sqrt()
+                let body = &model.bodies[body];
+                let stiffness = body.sudden_moduli().uniaxial_strain();
+                (stiffness / body.formulation.density.max(f64::MIN_POSITIVE)).sqrt()
             };
             contact.bodies.iter().map(of_body).fold(0.0, f64::max)
         };

@@ -10,6 +10,7 @@
 //! * [`MetricLaw`] is a form of the tangent that the kernels sum three times as fast.
 
 mod check;
+mod deviator;
 mod hooke;
 mod invariant_energy;
 mod invariants;
@@ -19,11 +20,13 @@ mod metric;
 mod moduli;
 mod point_law;
 mod potential;
+mod prony;
 pub mod step;
 #[cfg(test)]
 mod tests;
 mod uniaxial;
 
+pub use deviator::{Deviator, DeviatorTangent, FiniteDeviator, LinearDeviator};
 pub use hooke::Hooke;
 pub use invariant_energy::{InvariantEnergy, PackedEnergy, PackedInvariants, Wanted};
 pub use invariants::{Invariants, Isochoric, Isotropic, polynomial};
@@ -33,6 +36,7 @@ pub use metric::{Metric, MetricLaw, MetricResponse, MetricTangent};
 pub use moduli::{Moduli, Part};
 pub use point_law::{LawPart, PointEnergy, PointLaw};
 pub use potential::Potential;
+pub use prony::{GivenModuli, MaxwellBranch, Overstress, PronySeries};
 pub use step::StepMotion;
 pub use uniaxial::Uniaxial;
 

@@ -10,6 +10,7 @@ use crate::square::{
 use crate::taylor::{scatter, taylor_rate};
 use num_dual::{DualNum, HyperDual64};
 
+mod deviator;
 mod mooney_rivlin;
 mod rubber;
 mod step;

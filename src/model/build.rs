@@ -305,6 +305,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
                 RayleighFactors { mass: factors.mass.value, stiffness: factors.stiffness.value }
             }
         }),
+        series: body.viscoelasticity.as_ref().map(|viscous| Rc::new(viscous.series())),
         young_modulus: body.material.moduli().young_modulus(),
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| case.function(f)).collect()),
     })

@@ -17,6 +17,8 @@ pub struct Energies {
     pub kinetic: f64,
     /// Strain energy of the solids.
     pub strain: f64,
+    /// Energy of the springs of viscous branches.
+    pub viscous_stored: f64,
     /// Energy stored by the contact laws.
     pub contact: f64,
     /// Energy stored by foundations and springs.
@@ -26,6 +28,8 @@ pub struct Energies {
     pub friction_dissipated: f64,
     /// Heat from damping and dashpots since the start.
     pub damping_dissipated: f64,
+    /// Heat from viscous branches since the start.
+    pub viscous_dissipated: f64,
     /// Work of loads, supports and rigid bodies since the start.
     pub external_work: f64,
     /// Numerical loss since the start: work done, minus gain of energy, minus heat.
@@ -43,7 +47,7 @@ impl Energies {
 
     /// Sum of kinetic and stored energies.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.strain + self.contact + self.springs
+        self.kinetic + self.strain + self.viscous_stored + self.contact + self.springs
     }
 }
 
@@ -59,6 +63,7 @@ pub const MOMENTUM_FILE: TableFile =
 pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
     energy("kinetic", "kinetic energy", |energies| energies.kinetic),
     energy("strain", "strain energy of the bodies", |energies| energies.strain),
+    energy("viscous_stored", "energy of the springs of viscous branches", |energies| energies.viscous_stored),
     energy("contact", "energy stored by the contact laws", |energies| energies.contact),
     energy("springs", "energy stored by foundations and springs", |energies| energies.springs),
     energy("friction_dissipated", "heat from friction since the start", |energies| {
@@ -67,11 +72,18 @@ pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
     energy("damping_dissipated", "heat from damping and dashpots since the start", |energies| {
         energies.damping_dissipated
     }),
+    energy("viscous_dissipated", "heat from viscous branches since the start", |energies| {
+        energies.viscous_dissipated
+    }),
     energy("external_work", "work of loads, supports and moving rigid bodies since the start", |energies| {
         energies.external_work
     }),
     energy("numerical", "energy that the balance leaves over", |energies| energies.numerical),
-    energy("total", "sum of kinetic, strain and contact energy and that of springs", Energies::total),
+    energy(
+        "total",
+        "sum of kinetic, strain, viscous and contact energy and that of springs",
+        Energies::total,
+    ),
 ];
 
 const fn energy(name: &'static str, about: &'static str, value: fn(&Energies) -> f64) -> Column<Energies> {
@@ -158,6 +170,9 @@ struct StepEnergies {
     springs: f64,
     heat: f64,
     damping: f64,
+    viscous_stored: f64,
+    /// Work against the stress of viscous branches.
+    viscous: f64,
     work: f64,
 }
 
@@ -324,24 +339,26 @@ impl EnergyLedger {
     ) -> Result<Energies> {
         let dt = stage.dt;
         let before = (!stage.inertia).then(|| (self.drive.clone(), self.rigid.clone()));
-        let StepEnergies { kinetic, strain, contact, springs, heat, damping, work } =
-            self.step(system, stage, dt)?;
+        let step = self.step(system, stage, dt)?;
+        let StepEnergies { kinetic, strain, contact, springs, viscous_stored, .. } = step;
         before.map_or(Ok(()), |(drive, rigid)| self.add_work_error(system, stage, &drive, &rigid))?;
-        let friction_dissipated = self.now.friction_dissipated + heat;
-        let damping_dissipated = self.now.damping_dissipated + damping;
-        let external_work = self.now.external_work + work;
-        let gained = kinetic + strain + contact + springs - self.at_start;
-        let numerical = external_work - gained - friction_dissipated - damping_dissipated;
-        self.now = Energies {
+        let mut now = Energies {
             kinetic,
             strain,
+            viscous_stored,
             contact,
             springs,
-            friction_dissipated,
-            damping_dissipated,
-            external_work,
-            numerical,
+            friction_dissipated: self.now.friction_dissipated + step.heat,
+            damping_dissipated: self.now.damping_dissipated + step.damping,
+            // What the springs do not hold is heat.
+            viscous_dissipated: self.now.viscous_dissipated + step.viscous
+                - (viscous_stored - self.now.viscous_stored),
+            external_work: self.now.external_work + step.work,
+            numerical: 0.0,
         };
+        let heat = now.friction_dissipated + now.damping_dissipated + now.viscous_dissipated;
+        now.numerical = now.external_work - (now.total() - self.at_start) - heat;
+        self.now = now;
         Ok(self.now)
     }
 
@@ -461,6 +478,9 @@ impl EnergyLedger {
             own.contact += energy.stored;
             own.heat += energy.heat_of_step;
         }
+        let branches = system.bodies().viscous_energies(stage);
+        own.viscous_stored = branches.stored;
+        own.viscous = branches.work;
         let (reactions, before) = (self.reactions.owned(), stage.start.u.owned());
         let (constrained, external) = (system.bodies().constrained(), system.external_forces());
         for (i, drive) in self.drive.iter_mut().enumerate() {
@@ -479,9 +499,11 @@ impl EnergyLedger {
             own.damping += mean * (u[i] - before[i]);
             *force = now;
         }
-        let StepEnergies { kinetic, strain, contact, springs, heat, damping, work } = &mut own;
+        let StepEnergies { kinetic, strain, contact, springs, heat, damping, viscous_stored, viscous, work } =
+            &mut own;
         let Momentum { linear, angular } = &mut self.momentum;
-        let energies = [kinetic, strain, contact, springs, heat, damping, work].into_iter();
+        let energies =
+            [kinetic, strain, contact, springs, heat, damping, viscous_stored, viscous, work].into_iter();
         sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular));
         own.work += by_rigid;
         Ok(own)
@@ -614,8 +636,8 @@ mod tests {
         let energies = headings::<2>(ENERGY_COLUMNS.iter().map(|column| &column.quantity)).join(",");
         assert_eq!(
             energies,
-            "kinetic [J],strain [J],contact [J],springs [J],friction_dissipated [J],damping_dissipated [J],external_work [J],\
-             numerical [J],total [J]"
+            "kinetic [J],strain [J],viscous_stored [J],contact [J],springs [J],friction_dissipated [J],\
+             damping_dissipated [J],viscous_dissipated [J],external_work [J],numerical [J],total [J]"
         );
         let momentum = || MOMENTUM_COLUMNS.iter().map(|column| &column.quantity);
         let plane = headings::<2>(momentum()).join(",");
@@ -629,16 +651,18 @@ mod tests {
         let energies = Energies {
             kinetic: 1.0,
             strain: 2.0,
-            contact: 3.0,
-            springs: 4.0,
-            friction_dissipated: 5.0,
-            damping_dissipated: 6.0,
-            external_work: 7.0,
-            numerical: 8.0,
+            viscous_stored: 3.0,
+            contact: 4.0,
+            springs: 5.0,
+            friction_dissipated: 6.0,
+            damping_dissipated: 7.0,
+            viscous_dissipated: 8.0,
+            external_work: 9.0,
+            numerical: 10.0,
         };
         let cells: Vec<_> = ENERGY_COLUMNS.iter().flat_map(|column| column.cells::<2>(&energies)).collect();
-        let expected =
-            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0].map(super::super::quantity::Cell::Number);
+        let expected = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 15.0]
+            .map(super::super::quantity::Cell::Number);
         assert_eq!(cells, expected);
         assert!(energies.is_finite() && !Energies { numerical: f64::NAN, ..energies }.is_finite());
     }

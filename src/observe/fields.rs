@@ -252,7 +252,7 @@ pub fn body_fields<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> 
         ElementValue::SymmetricTensor(_) => vec![0.0; 6 * elements],
     };
     let mut values: Vec<Vec<f64>> = ELEMENT_FIELDS.iter().map(empty).collect();
-    system.bodies().element_stress(&stage.trial.u, |element, stress| {
+    system.bodies().element_stress(stage, |element, stress| {
         for (field, values) in ELEMENT_FIELDS.iter().zip(&mut values) {
             match field.value {
                 ElementValue::Number(value) => values[element] = value(stress),

@@ -165,13 +165,15 @@ fn together(
     Ok(Some(Figure { title, legend, panels, columns: 1 }))
 }
 
-const ENERGIES: [&str; 9] = [
+const ENERGIES: [&str; 11] = [
     "kinetic",
     "strain",
+    "viscous_stored",
     "contact",
     "springs",
     "friction_dissipated",
     "damping_dissipated",
+    "viscous_dissipated",
     "external_work",
     "numerical",
     "total",

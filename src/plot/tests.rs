@@ -116,10 +116,12 @@ fn ledger(time: f64, friction: f64) -> Energies {
     Energies {
         kinetic,
         strain,
+        viscous_stored: 0.0,
         contact: 15.0,
         springs: 0.0,
         friction_dissipated: 700.0 * s * s * friction,
         damping_dissipated: 0.0,
+        viscous_dissipated: 0.0,
         external_work: 1500.0 * s,
         numerical: -3.0 * s,
     }

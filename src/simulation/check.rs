@@ -19,6 +19,7 @@ use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
 use crate::element::Kinematics;
 use crate::error::Result;
+use crate::material::PronySeries;
 use crate::mesh::ElementKind;
 use crate::model::{Body, ContactModel, Model, RayleighFactors};
 use crate::observe::probes::watch;
@@ -165,8 +166,11 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let _ = writeln!(text, "body {}: {elements} {}", body.name, kinds.join(" and "));
     let (m, s, speed) = (case.units.of("m"), case.units.of("s"), case.units.of("m/s"));
     let _ = writeln!(text, "  smallest element edge: {smallest_edge:.4e} {m}");
-    let moduli = body.formulation.moduli();
+    let moduli = body.sudden_moduli();
     let _ = writeln!(text, "  {}", describe_material(body, &case.units.of("Pa")));
+    if let Some(series) = &body.series {
+        let _ = writeln!(text, "  {}", describe_relaxation(body, series, case));
+    }
     let density = body.formulation.density;
     if density <= 0.0 {
         if !case.is_static() {
@@ -197,6 +201,22 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
         text,
         "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} times as long (CFL number)"
     );
+}
+
+/// Describes how far and how fast a body relaxes.
+fn describe_relaxation(body: &Body, series: &PronySeries, case: &Case) -> String {
+    let (pascal, s) = (case.units.of("Pa"), case.units.of("s"));
+    let mu = body.formulation.moduli().mu;
+    let times = series.branches().iter().map(|branch| branch.time);
+    let shortest = times.clone().fold(f64::INFINITY, f64::min);
+    let longest = times.fold(0.0, f64::max);
+    format!(
+        "viscoelastic: the shear modulus relaxes from {:.4e} to {:.4e} {pascal}, with times from {shortest:.4e} to \
+         {longest:.4e} {s}; the step is {:.3} times the shortest",
+        mu * series.relaxation(0.0),
+        mu * series.relaxation(f64::INFINITY),
+        case.time.step() / shortest
+    )
 }
 
 /// Describes the moduli at small strain and the range in which the law keeps its stiffness.

@@ -139,6 +139,10 @@ pub fn needs<const D: usize>(
         ),
         ("accelerations", inertia()),
         (
+            "history of viscous branches",
+            either(system.bodies().is_viscous(), "viscoelasticity of a body", "no body is viscoelastic"),
+        ),
+        (
             "symmetric matrix: half the factors, CG",
             either(symmetric, "all terms are symmetric", "friction, a follower load or a non-planar target"),
         ),
@@ -211,16 +215,18 @@ pub fn table(needs: &[Need]) -> String {
 /// optional data of contact points and nodes. Collective.
 pub fn held<const D: usize>(world: &impl CommunicatorCollectives, system: &ContactSystem<D>) -> String {
     let (matrices, vectors) = (census(Kind::Matrix), census(Kind::Vector));
-    let [multipliers, masses] = system.bytes().map(|bytes| bytes as u64);
-    let own = [matrices.count, matrices.bytes, vectors.count, vectors.bytes, multipliers, masses];
-    let (mut most, mut sum) = ([0u64; 6], [0u64; 6]);
+    let [multipliers, masses, branches] = system.bytes().map(|bytes| bytes as u64);
+    let own = [matrices.count, matrices.bytes, vectors.count, vectors.bytes, multipliers, masses, branches];
+    let (mut most, mut sum) = ([0u64; 7], [0u64; 7]);
     world.all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
     world.all_reduce_into(&own[..], &mut sum[..], SystemOperation::sum());
     let mut text = format!(
         "storage before the first solve: {} matrices of {} bytes, {} vectors of {} bytes",
         most[0], sum[1], most[2], sum[3]
     );
-    for (name, bytes) in [("multipliers", sum[4]), ("flags and factors of masses", sum[5])] {
+    for (name, bytes) in
+        [("multipliers", sum[4]), ("flags and factors of masses", sum[5]), ("viscous branches", sum[6])]
+    {
         if bytes > 0 {
             let _ = write!(text, ", {name} of {bytes} bytes");
         }

@@ -152,7 +152,7 @@ impl<const D: usize> RunState<D> {
         }
         let system: SystemState = from_numbers(stored.part(SYSTEM)?)?;
         let sources: StoredSources = from_numbers(&stored.sources)?;
-        let sources = sources.sources::<D>(self.system.session(), fields)?;
+        let sources = sources.sources(&self.system, fields)?;
         self.system.resume_pattern(&system, &sources)?;
         // Another solver begins with nothing.
         if stored.settings == self.settings {

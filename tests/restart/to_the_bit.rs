@@ -202,3 +202,17 @@ fn a_moving_rigid_body_to_the_last_bit_on_1_and_2_ranks() {
     computes_the_same_bits(&statics, 2, &[5]);
     computes_the_same_bits(&text("{ end: 0.01, step: 1.0e-3, scheme: conserving }"), 1, &[4]);
 }
+
+/// Viscous branches, and the stress of matrices that are kept.
+#[test]
+fn viscous_branches_to_the_last_bit_on_1_and_2_ranks() {
+    let relaxing = |solver: &str| {
+        let series = "viscoelasticity: { prony: [{ share: 0.3, time: 1e-3 }, { share: 0.2, time: 2e-2 }] }";
+        let text = rubber_block(solver, "end: 0.006", 1);
+        text.replace("    density:", &format!("    {series}\n    density:"))
+    };
+    assert!(relaxing(GMRES).contains("prony"));
+    computes_the_same_bits(&relaxing(GMRES), 1, &[1, 7]);
+    computes_the_same_bits(&relaxing(GMRES), 2, &[4]);
+    computes_the_same_bits(&relaxing("{ linear: filtered_amg }"), 1, &[3]);
+}

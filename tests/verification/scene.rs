@@ -66,6 +66,7 @@ impl Solid {
             formulation,
             mass: MassChoice::Consistent,
             damping: None,
+            series: None,
             young_modulus: YOUNG,
             initial_velocity: Vec::new(),
         };

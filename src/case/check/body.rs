@@ -25,6 +25,17 @@ impl Check<'_> {
             Some(density) => self.found.not_negative("the density", density.value, density.place),
             None => self.missing_density(name),
         }
+        if let Some(viscous) = &body.viscoelasticity {
+            viscous.check(&mut self.found);
+            if self.case.time.scheme.conserves() {
+                self.found.say(
+                    viscous.place,
+                    "viscoelasticity is not allowed with the scheme `conserving`, which needs stresses whose work \
+                     is the change of an energy",
+                );
+                self.found.cure("use `generalized_alpha` or `midpoint`, or remove the viscoelasticity");
+            }
+        }
         if let Some(damping) = &body.damping {
             damping.check(damping.place, &mut self.found);
             let moves = !self.case.is_static();

@@ -106,7 +106,10 @@ fn free_bodies_are_read() {
     let disc = "shape: { sphere: { center: [0.5, -0.5], radius: 0.5 } }";
     for (dimension, body) in [
         (2, format!("{disc}, free: {{ density: 1000, gravity: [0, \"-9.81 m/s2\"] }}")),
-        (2, format!("{FLAT}, free: {{ mass: 2 kg, inertia: [0.3], fixed: [ux], force: {{ y: \"1 - t\" }} }}")),
+        (
+            2,
+            format!("{FLAT}, free: {{ mass: 2 kg, inertia: [0.3], fixed: [ux], force: {{ y: \"1 - t\" }} }}"),
+        ),
         (
             2,
             format!(
@@ -151,7 +154,10 @@ fn what_is_wrong_with_a_free_body_is_reported() {
         (flat("{ fixed: [uz] }"), &["case.yml:7:", "ux, uy and rz"]),
         (flat("{ fixed: [w] }"), &["case.yml:7:", "w"]),
         (flat("{ fixed: [ux, uy, rz] }"), &["case.yml:7:", "nothing is free in 'tool'"]),
-        (moved("{ translation: { x: 1 } }", "{ fixed: [ux] }"), &["case.yml:7:", "both fixed and prescribed"]),
+        (
+            moved("{ translation: { x: 1 } }", "{ fixed: [ux] }"),
+            &["case.yml:7:", "both fixed and prescribed"],
+        ),
         (
             moved("{ rotation: { about: [0, 0], angle: 1 } }", "{ mass: 1 }"),
             &["case.yml:7:", "about its centre of mass", "`center`"],

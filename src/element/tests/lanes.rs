@@ -55,12 +55,12 @@ struct EvaluatePortable<'a, const D: usize>(Job<'a, D>);
 impl<const D: usize> LawTask for EvaluatePortable<'_, D> {
     type Output = std::result::Result<(), Inverted>;
     fn run<P: Law>(self, law: &P) -> Self::Output {
-        let parts = self.0.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
-        dispatch_portable(General::new(self.0, parts))
+        dispatch_portable(General::<_, D, false>::new(self.0, |part| {
+            Box::new(LawPart::<P>(law.constants(part)))
+        }))
     }
     fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
-        let parts = self.0.group.parts(|part| law.energy_of_part(part));
-        dispatch_portable(General::new(self.0, parts))
+        dispatch_portable(General::<_, D, false>::new(self.0, |part| law.energy_of_part(part)))
     }
     fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
         dispatch_portable(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
@@ -69,7 +69,7 @@ impl<const D: usize> LawTask for EvaluatePortable<'_, D> {
 
 fn collect_portable<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> {
     let mut rows = Rows::default();
-    let job = Job { group, u, request: Request::TANGENT, sink: &mut rows };
+    let job = Job { group, u, viscous: None, request: Request::TANGENT, sink: &mut rows };
     let formulation = group.formulation();
     match formulation.kinematics {
         Kinematics::Linear => dispatch_portable(Solid::<Hooke, D>::new(job, formulation.moduli())),

@@ -6,6 +6,7 @@ mod exactness;
 mod lanes;
 mod loads;
 mod step;
+mod viscous;
 
 use super::*;
 use crate::material::{Hooke, MATERIALS, Material, Moduli, NeoHookean, Part, Potential};
