@@ -168,7 +168,9 @@ fn ranks_agree() {
 #[test]
 fn a_continued_run_has_the_same_bits() {
     let folder = Folder::new("damping");
+    // MUMPS on several ranks rounds differently in each run.
     let whole = IMPACT.replace("output: {", "output: { checkpoint: { every: 20 },");
+    let whole = whole.replace("solver: {", "solver: { linear: gmres_asm_ilu,");
     folder.write("case.yml", &whole);
     run(2, &["case.yml", "-q", "-o", "whole"], &folder).success();
     let start = "--restart=whole/checkpoints/step-000040.ckpt";
