@@ -365,6 +365,10 @@ impl CustomPreconditioner for FilteredAmg {
         Ok(())
     }
 
+    fn take_iterations(&mut self) -> u32 {
+        self.zone.take_iterations()
+    }
+
     fn learn(&mut self, poor: bool) {
         self.bulk.learn(poor);
     }
