@@ -4,6 +4,7 @@ use super::call::{self, petsc, quiet_handler};
 use super::options::{self, OptionsDatabase};
 use super::{limits, threads, usage};
 use crate::error::{Error, Result, agree};
+use mpi::collective::SystemOperation;
 use mpi::environment::Universe;
 use mpi::topology::{Color, SimpleCommunicator};
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
@@ -201,12 +202,22 @@ impl Session {
         self.process.options.borrow().at_the_start().to_owned()
     }
 
-    /// The user's PETSc options that have not been read on this rank so far, each as `-name value`.
+    /// The user's PETSc options that have not been read on any rank so far, each as `-name value`. A
+    /// solver of some ranks reads its options on these ranks only. Collective.
     ///
     /// # Errors
     /// PETSc cannot list its options.
     pub fn unused_options(&self) -> Result<Vec<String>> {
-        self.process.options.borrow().unused()
+        let options = self.process.options.borrow();
+        let left = options.unused();
+        let names = options.names();
+        let is_left = |name: &String| left.iter().flatten().any(|(own, _)| own == name);
+        let own: Vec<u8> = names.iter().map(|name| u8::from(is_left(name))).collect();
+        let mut everywhere = own.clone();
+        self.world.all_reduce_into(&own, &mut everywhere, SystemOperation::min());
+        let unused =
+            |(name, _): &(String, String)| names.binary_search(name).is_ok_and(|at| everywhere[at] > 0);
+        Ok(left?.into_iter().filter(unused).map(|(_, words)| words).collect())
     }
 
     /// Waits for all other ranks to fail as well. If they do not, the error is known only here and
