@@ -15,7 +15,6 @@ use super::subdomain::Subdomain;
 use super::tried::LinearAttempt;
 use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
-use super::zone::REPLACED;
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
@@ -179,14 +178,13 @@ impl LinearSolver {
         chosen || self.ladder.iter().copied().chain(inner).any(|preset| preset.multigrid)
     }
 
-    /// Whether the first preset makes one factorisation on several ranks, where MUMPS rounds
-    /// differently in each run.
+    /// Whether the first preset factorises on several ranks, where MUMPS rounds differently in each
+    /// run, or is the filtered multigrid, whose sums over several ranks do.
     pub fn factorises_together(&self) -> bool {
         let preset = self.ladder[0];
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
         let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
-        let joins = preset.is_own() && (preset.is_two_stage() || self.session.is_given(REPLACED));
-        let factorises = inner.map_or(joins || !preset.iterative, |inner| !inner.iterative);
+        let factorises = inner.map_or(preset.is_own() || !preset.iterative, |inner| !inner.iterative);
         self.session.size() > 1 && factorises && !chosen
     }
 

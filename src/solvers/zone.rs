@@ -20,10 +20,6 @@ use crate::petsc::{
     BlockPattern, Event, Krylov, Matrix, Operator, Reason, Reuse, Session, SubMatrix, Vector,
 };
 
-/// PETSc's option by which the user replaces the pieces of W, perhaps by one factorisation on all
-/// ranks.
-pub(super) const REPLACED: &str = "filter_pc_type";
-
 /// W of the filtered multigrid. It is slightly larger than the facets in contact need, so that it
 /// can be kept while they change.
 pub(super) struct Zone {

@@ -2,8 +2,8 @@
 //! writes checkpoints or not: to the last bit on the same number of ranks, to rounding on another.
 //! Defects of a checkpoint are reported before any file is modified.
 //!
-//! Bits are compared with solvers that do not factorise on several ranks, because MUMPS rounds
-//! differently there each time. The static start is factorised on one rank.
+//! Bits are compared with GMRES, because MUMPS on several ranks rounds differently each time, and the
+//! multigrid on more than two. The static start is factorised on one rank.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -63,7 +63,8 @@ fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
     computes_the_same_bits(&ironing(GMRES), 3, &[30]);
 }
 
-/// The pieces of the filtered multigrid on several ranks, all of which are made again. With two
+/// The pieces of the filtered multigrid on two ranks, all of which are made again. A sum over two
+/// ranks has only one order; on more ranks the multigrid rounds differently in each run. With two
 /// pairs of bodies one rank has factors of an earlier matrix than the other.
 #[test]
 fn pieces_to_the_last_bit_on_2_ranks() {
