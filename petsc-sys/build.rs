@@ -23,13 +23,13 @@ const FUNCTIONS: &str = "
     MatSeqAIJSetPreallocationCSR MatMPIAIJSetPreallocationCSR MatSeqBAIJSetPreallocationCSR
     MatMPIBAIJSetPreallocationCSR MatMPIAIJGetSeqAIJ MatMPIBAIJGetSeqBAIJ MatSeqAIJGetArray
     MatSeqAIJRestoreArray MatSeqBAIJGetArray MatSeqBAIJRestoreArray MatAssemblyBegin MatAssemblyEnd
-    MatCreateSubMatrix MatCopy ISCreateBlock ISDestroy
     MatMult MatMultTranspose MatGetDiagonal MatNorm MatCreateMAIJ MatNullSpaceCreateRigidBody
     MatSetNearNullSpace MatGetNearNullSpace MatNullSpaceDestroy MatCreateShell MatShellSetOperation MatShellSetContext MatShellGetContext
 
     KSPCreate KSPDestroy KSPSetOptionsPrefix KSPSetOperators KSPSetFromOptions KSPSetTolerances
     KSPGetTolerances KSPSetUp KSPSolve KSPReset KSPGetPC KSPGetType KSPGetIterationNumber
     KSPGetResidualNorm KSPGetConvergedReason KSPSetReusePreconditioner KSPSetInitialGuessNonzero
+    KSPSetUpOnBlocks PCASMGetSubKSP
     PCGetType PCSetType PCGetFailedReason PCShellSetContext PCShellGetContext PCShellSetApply
     PCShellSetDestroy PCShellSetName
 ";

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Folder, Output, Table, run};
+use common::{Folder, Output, Table, run, two_pairs};
 
 /// Two boxes with non-matching meshes, the upper one pressed and dragged by its top.
 const BOXES: &str = "
@@ -132,10 +132,16 @@ impl Solved {
 
     /// Number of occurrences of an event in PETSc's log.
     fn logged(&self, event: &str) -> u64 {
+        self.counted(event, 1) as u64
+    }
+
+    /// Number in a column of PETSc's log: 1 is the largest count of an event on a rank, 2 its ratio
+    /// to the smallest count.
+    fn counted(&self, event: &str, column: usize) -> f64 {
         let text = std::fs::read_to_string(self.folder.join("log.txt")).expect("PETSc's log");
         let words = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
         let mut rows = words.filter(|words| words.first() == Some(&event));
-        rows.find_map(|words| words.get(1)?.parse().ok()).expect("an event that took place")
+        rows.find_map(|words| words.get(column)?.parse().ok()).expect("an event that took place")
     }
 
     #[track_caller]
@@ -237,13 +243,73 @@ fn every_part_matters() {
     assert!(worse, "{} without the factorisation, {whole} with it", blind.most());
 }
 
+/// Number of ranks on which the pieces of W are tested.
+const PIECES: [usize; 2] = [2, 4];
+
+/// On several ranks W is solved by pieces. The iterations hardly depend on their number, whether
+/// points stick or slip, and W itself takes few iterations per solve on it.
+#[test]
+fn pieces_cost_few_iterations_on_1_2_4_ranks() {
+    for press in [PRESSED, "displacement: { x: '0.02 * t', y: 0, z: '-0.005 * t' }"] {
+        let scene = Scene { press, ..COARSE };
+        let whole = scene.solved("filtered_amg", 1, &[]).without_help();
+        assert_eq!(whole.count("inner_krylov_iterations"), 0, "one rank factorises W as a whole");
+        for ranks in PIECES {
+            let log = ["-log_view", ":log.txt"];
+            let found = scene.solved("filtered_amg", ranks, &log).without_help();
+            assert!(found.most() <= 1.25 * whole.most(), "{ranks} ranks: {} iterations", found.most());
+            let inner = found.count("inner_krylov_iterations") as f64 / found.counted("ZoneSolve", 1);
+            assert!((1.0..=6.0).contains(&inner), "{ranks} ranks: {inner} iterations on W");
+            let apart = found.apart(&whole);
+            assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+        }
+    }
+}
+
+/// PETSc's options reach the solver of W: without overlap GMRES takes more iterations, and one
+/// factorisation on all ranks takes none.
+#[test]
+fn options_reach_the_pieces_on_2_ranks() {
+    let inner = |petsc: &[&str]| {
+        let found = COARSE.solved("filtered_amg", 2, petsc).without_help();
+        assert!(!found.output.stdout.contains("was not used"), "{}", found.output.stdout);
+        found.count("inner_krylov_iterations")
+    };
+    let usual = inner(&["-filter_sub_pc_factor_mat_solver_type", "petsc"]);
+    let apart = inner(&["-filter_pc_asm_overlap", "0"]);
+    assert!(apart > usual + usual / 2, "{apart} without overlap, {usual} with it");
+    assert_eq!(inner(&["-filter_ksp_type", "preonly", "-filter_pc_type", "lu"]), 0);
+}
+
+/// A rank renews the factors of its piece if rows of this piece have changed, whatever the others
+/// do.
+#[test]
+fn pieces_are_renewed_separately_on_2_ranks() {
+    let log = ["-log_view", ":log.txt"];
+    let solved = |ranks: usize| {
+        let folder = Folder::new("pairs");
+        folder.write("case.yml", &format!("{}solver: {{ linear: filtered_amg, {NEWTON} }}\n", two_pairs()));
+        let args: Vec<&str> = ["case.yml", "--output", "out", "--"].into_iter().chain(log).collect();
+        let output = run(ranks, &args, &folder).success();
+        Solved { folder, output }.without_help()
+    };
+    let (one, two) = (solved(1), solved(2));
+    let [most, ratio] = [1, 2].map(|column| two.counted("ZoneFactors", column));
+    assert!(most >= 4.0 && ratio >= 2.0, "{most} factorisations, {ratio} times those of the other rank");
+    assert!(two.most() <= 1.25 * one.most(), "{} iterations, {} on one rank", two.most(), one.most());
+    assert!(two.apart(&one) < 1e-6);
+}
+
 /// More ranks than the scene can use: some have no node in contact, some no node at all.
 #[test]
 fn ranks_may_have_nothing() {
     let scene = Scene { cells: 2, ..COARSE };
     let expected = scene.solved("direct", 1, &[]);
     for ranks in [4, 10] {
-        let found = scene.solved("filtered_amg", ranks, &[]).without_help();
+        // Ranks without a node in contact do not read this option.
+        let found = scene.solved("filtered_amg", ranks, &["-filter_ksp_max_it", "40"]).without_help();
+        let said = &found.output.stdout;
+        assert!(!said.contains("was not used"), "{ranks} ranks: {said}");
         let apart = found.apart(&expected);
         assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
     }

@@ -85,8 +85,16 @@ impl OptionsDatabase {
         names
     }
 
-    /// The user's options that have not been read so far, each as `-name value`.
-    pub(super) fn unused(&self) -> Result<Vec<String>> {
+    /// The names of the user's options, sorted.
+    pub(super) fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = self.given.iter().cloned().collect();
+        names.sort();
+        names
+    }
+
+    /// The user's options that this process has not read so far: name, and words as in `-name
+    /// value`.
+    pub(super) fn unused(&self) -> Result<Vec<(String, String)>> {
         let mut count = 0;
         let mut names = null_mut();
         let mut values = null_mut();
@@ -97,8 +105,10 @@ impl OptionsDatabase {
         let left: Vec<(String, String)> = (0..count as usize).map(pair).collect();
         petsc!(PetscOptionsLeftRestore(null_mut(), &mut count, &mut names, &mut values))?;
         let counts = |name: &str| self.is_given(name) && !READ_AT_THE_END.contains(&key(name).as_str());
-        let words =
-            |(name, value): (String, String)| format!("-{} {value}", key(&name)).trim_end().to_owned();
+        let words = |(name, value): (String, String)| {
+            let words = format!("-{} {value}", key(&name)).trim_end().to_owned();
+            (key(&name), words)
+        };
         Ok(left.into_iter().filter(|(name, _)| counts(name)).map(words).collect())
     }
 }

@@ -4,8 +4,9 @@ use super::call::{self, petsc, quiet_handler};
 use super::options::{self, OptionsDatabase};
 use super::{limits, threads, usage};
 use crate::error::{Error, Result, agree};
+use mpi::collective::SystemOperation;
 use mpi::environment::Universe;
-use mpi::topology::SimpleCommunicator;
+use mpi::topology::{Color, SimpleCommunicator};
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use petsc_sys as sys;
 use std::cell::{Cell, RefCell};
@@ -24,12 +25,17 @@ const FAULT: i32 = 70;
 /// Time for which a failed rank waits for the others to fail as well.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A process that has started MPI and PETSc. Both end, in the correct order, when the last owner is
-/// dropped.
+/// Some or all ranks of a process that has started MPI and PETSc. Both end, in the correct order,
+/// when the last owner is dropped.
 ///
 /// Every vector, matrix and solver holds a reference, so none of them outlives PETSc.
 pub struct Session {
     world: SimpleCommunicator,
+    process: Rc<Process>,
+}
+
+/// The state of the process, which all its sessions share.
+struct Process {
     /// Used only for [`Session::meet`], so that it does not match other pending communication.
     ending: SimpleCommunicator,
     options: RefCell<OptionsDatabase>,
@@ -66,9 +72,8 @@ impl Session {
         let mut arguments = Arguments::new(args)?;
         petsc!(PetscInitialize(&mut arguments.count, &mut arguments.pointer, null(), null()))?;
         petsc!(PetscPushErrorHandler(Some(quiet_handler), null_mut()))?;
-        let session = Self {
+        let process = Process {
             ending: world.duplicate(),
-            world,
             options: RefCell::new(OptionsDatabase::snapshot()?),
             events: RefCell::default(),
             began: Cell::new(0.0),
@@ -76,6 +81,7 @@ impl Session {
             _arguments: arguments,
             _universe: universe,
         };
+        let session = Self { world, process: Rc::new(process) };
         session.make_mpi_errors_fatal();
         agree(session.world(), threads::take_buffers())?;
         // The program reports unused options itself, from rank 0 and by name.
@@ -88,25 +94,37 @@ impl Session {
         Ok(Rc::new(session))
     }
 
+    /// A session of the ranks that are members, in their present order, for objects in which the
+    /// others take no part. It is this session if all ranks are members, and `None` on a rank that
+    /// is none. Collective.
+    pub fn of_members(self: &Rc<Self>, member: bool) -> Option<Rc<Self>> {
+        let color = if member { Color::with_value(0) } else { Color::undefined() };
+        let world = self.world.split_by_color(color)?;
+        if world.size() == self.size() {
+            return Some(Rc::clone(self));
+        }
+        Some(Rc::new(Self { world, process: Rc::clone(&self.process) }))
+    }
+
     /// Phases that measure their time.
     pub(super) fn events(&self) -> &RefCell<Vec<Rc<EventTotals>>> {
-        &self.events
+        &self.process.events
     }
 
     /// Restarts the measurement of phase times, processor time and peak memory, for several runs in
     /// one process. Earlier runs whose memory is freed do not count.
     pub fn measure_anew(&self) {
-        self.events.borrow().iter().for_each(|event| event.reset());
-        self.began.set(usage::user_seconds());
+        self.process.events.borrow().iter().for_each(|event| event.reset());
+        self.process.began.set(usage::user_seconds());
         usage::reset_peak();
     }
 
     /// Processor time of this rank in user mode since the run began \[s\].
     pub fn user_seconds(&self) -> f64 {
-        usage::user_seconds() - self.began.get()
+        usage::user_seconds() - self.process.began.get()
     }
 
-    /// All ranks of the run.
+    /// The ranks of this session: all ranks of the run, except in a session of some members.
     pub fn world(&self) -> &SimpleCommunicator {
         &self.world
     }
@@ -144,7 +162,7 @@ impl Session {
     /// PETSc rejects the name.
     pub fn give(&self, name: &str, value: &str) -> Result<()> {
         self.set_default(name, value)?;
-        self.options.borrow_mut().give(name);
+        self.process.options.borrow_mut().give(name);
         Ok(())
     }
 
@@ -153,43 +171,53 @@ impl Session {
     /// # Errors
     /// PETSc rejects the name.
     pub fn take_back(&self, name: &str) -> Result<()> {
-        self.options.borrow_mut().take_back(name);
+        self.process.options.borrow_mut().take_back(name);
         options::remove(name)
     }
 
     /// Whether the user gave the PETSc option `name`. This query does not mark it as used.
     pub fn is_given(&self, name: &str) -> bool {
-        self.options.borrow().is_given(name)
+        self.process.options.borrow().is_given(name)
     }
 
     /// The user's options for the linear solver with this prefix, each as `-name`.
     pub fn given(&self, prefix: &str) -> Vec<String> {
-        self.options.borrow().of_solver(prefix)
+        self.process.options.borrow().of_solver(prefix)
     }
 
     /// Sets the function that [`Session::is_asked_to_stop`] calls, and replaces the previous one.
     pub fn listen(&self, asked: impl Fn() -> bool + 'static) {
-        *self.asked.borrow_mut() = Some(Box::new(asked));
+        *self.process.asked.borrow_mut() = Some(Box::new(asked));
     }
 
     /// Whether this rank was requested to stop. Other ranks may not know it yet.
     pub fn is_asked_to_stop(&self) -> bool {
-        self.asked.borrow().as_ref().is_some_and(|asked| asked())
+        self.process.asked.borrow().as_ref().is_some_and(|asked| asked())
     }
 
     /// The PETSc options with which the session was started, by the command line or
     /// `PETSC_OPTIONS`, with their values, sorted. Options that only affect reports at the end are
     /// omitted.
     pub fn options_at_the_start(&self) -> String {
-        self.options.borrow().at_the_start().to_owned()
+        self.process.options.borrow().at_the_start().to_owned()
     }
 
-    /// The user's PETSc options that have not been read on this rank so far, each as `-name value`.
+    /// The user's PETSc options that have not been read on any rank so far, each as `-name value`. A
+    /// solver of some ranks reads its options on these ranks only. Collective.
     ///
     /// # Errors
     /// PETSc cannot list its options.
     pub fn unused_options(&self) -> Result<Vec<String>> {
-        self.options.borrow().unused()
+        let options = self.process.options.borrow();
+        let left = options.unused();
+        let names = options.names();
+        let is_left = |name: &String| left.iter().flatten().any(|(own, _)| own == name);
+        let own: Vec<u8> = names.iter().map(|name| u8::from(is_left(name))).collect();
+        let mut everywhere = own.clone();
+        self.world.all_reduce_into(&own, &mut everywhere, SystemOperation::min());
+        let unused =
+            |(name, _): &(String, String)| names.binary_search(name).is_ok_and(|at| everywhere[at] > 0);
+        Ok(left?.into_iter().filter(unused).map(|(_, words)| words).collect())
     }
 
     /// Waits for all other ranks to fail as well. If they do not, the error is known only here and
@@ -197,7 +225,7 @@ impl Session {
     /// Collective among ranks that failed.
     pub fn meet(&self, error: &Error) {
         let deadline = Instant::now() + PATIENCE;
-        let mut waiting = self.ending.immediate_barrier();
+        let mut waiting = self.process.ending.immediate_barrier();
         while let Err(still) = waiting.test() {
             if Instant::now() > deadline {
                 say(error);
@@ -238,7 +266,7 @@ impl Session {
     }
 }
 
-impl Drop for Session {
+impl Drop for Process {
     fn drop(&mut self) {
         // MPI ends after PETSc: the field with the universe is dropped after this body.
         let ended = petsc!(PetscPopErrorHandler()).and_then(|()| petsc!(PetscFinalize()));

@@ -1,80 +1,137 @@
 //! The rows and columns of a matrix that belong to selected nodes, as a separate matrix.
 
-use super::call::petsc;
 use super::matrix::Matrix;
 use super::operator::Operator;
+use super::pattern::BlockPattern;
 use super::session::Session;
 use super::vector::Vector;
-use crate::error::Result;
-use petsc_sys as sys;
-use std::ptr::null_mut;
+use crate::error::{Error, Result};
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
 use std::rc::Rc;
 
-/// `P^T A P`, where `P` selects nodes. Each rank holds the rows of the selected nodes that it owns.
+/// `P^T A P`, where `P` selects nodes. It exists on the ranks that own a selected node, and each of
+/// them holds the rows of those that it owns. The other ranks take no part in its products and
+/// solves.
 pub struct SubMatrix {
     session: Rc<Session>,
-    raw: sys::Mat,
-    rows: sys::IS,
+    matrix: Matrix,
+    /// Slot in the full matrix of each slot.
+    slots: Vec<u32>,
     /// Selected owned nodes, ascending.
     nodes: Vec<u32>,
-    block_size: usize,
 }
 
 impl SubMatrix {
-    /// The part of `whole` on these owned nodes, ascending; a rank may select no nodes. Collective.
+    /// The part of `whole` on these owned nodes, ascending, with its values. It is `None` on a rank
+    /// that selects no nodes. Collective.
     ///
     /// # Errors
     /// There is not enough memory.
-    pub fn new(session: &Rc<Session>, whole: &Matrix, nodes: Vec<u32>) -> Result<Self> {
-        let size = whole.block_size();
-        let first = whole.pattern().first_row;
-        let globals: Vec<i32> = nodes.iter().map(|&node| first + node as i32).collect();
-        let mut part =
-            Self { session: Rc::clone(session), raw: null_mut(), rows: null_mut(), nodes, block_size: size };
-        let comm = session.comm();
-        let count = globals.len() as i32;
-        petsc!(ISCreateBlock(
-            comm,
-            size as i32,
-            count,
-            globals.as_ptr(),
-            sys::PETSC_COPY_VALUES,
-            &mut part.rows
-        ))?;
-        let rows = part.rows;
-        let initial = sys::MAT_INITIAL_MATRIX;
-        petsc!(MatCreateSubMatrix(whole.raw(), rows, rows, initial, &mut part.raw))?;
-        Ok(part)
+    pub fn new(session: &Rc<Session>, whole: &Matrix, nodes: Vec<u32>) -> Result<Option<Self>> {
+        let (pattern, slots) = Self::selected(session, whole.pattern(), &nodes)?;
+        let Some(members) = session.of_members(!nodes.is_empty()) else { return Ok(None) };
+        let matrix = Matrix::new(&members, &Rc::new(pattern), whole.format())?;
+        let mut part = Self { session: members, matrix, slots, nodes };
+        part.extract(whole)?;
+        Ok(Some(part))
     }
 
-    /// Copies the current values of the full matrix. For a solver it remains the same matrix, so
-    /// that the solver keeps its ordering. Collective.
+    /// The pattern of the part, and the slot in `whole` of each of its slots. The selected nodes are
+    /// numbered in the order of the full matrix. Collective.
+    fn selected(
+        session: &Rc<Session>,
+        whole: &BlockPattern,
+        nodes: &[u32],
+    ) -> Result<(BlockPattern, Vec<u32>)> {
+        let mut through = 0;
+        session.world().scan_into(&(nodes.len() as i32), &mut through, SystemOperation::sum());
+        let first_row = through - nodes.len() as i32;
+        let owned = whole.owned();
+        let rows = || nodes.iter().flat_map(|&node| whole.row(node as usize));
+        let mut ghosts: Vec<i32> =
+            rows().map(|slot| whole.columns[slot]).filter(|column| !owned.contains(column)).collect();
+        ghosts.sort_unstable();
+        ghosts.dedup();
+        // One more than the number of a selected node in the part, zero for the other nodes.
+        let mut numbers = Vector::ghosted(session, whole.rows(), 1, &ghosts)?;
+        for (number, &node) in (first_row + 1..).zip(nodes) {
+            numbers.owned_mut()[node as usize] = f64::from(number);
+        }
+        numbers.update_ghosts()?;
+        let numbers = numbers.local();
+        let number_of = |column: i32| {
+            let ghost = || ghosts.binary_search(&column).ok().map(|ghost| whole.rows() + ghost);
+            let at = if owned.contains(&column) { Some((column - owned.start) as usize) } else { ghost() };
+            at.map(|at| numbers[at] as i32 - 1).filter(|number| *number >= 0)
+        };
+        let mut pattern = BlockPattern {
+            block_size: whole.block_size,
+            first_row,
+            row_offsets: vec![0],
+            columns: Vec::new(),
+            places: nodes.iter().map(|&node| whole.places[node as usize]).collect(),
+        };
+        let mut slots = Vec::new();
+        for &node in nodes {
+            for slot in whole.row(node as usize) {
+                let Some(number) = number_of(whole.columns[slot]) else { continue };
+                pattern.columns.push(number);
+                slots.push(slot as u32);
+            }
+            pattern.row_offsets.push(slots.len() as u32);
+        }
+        Ok((pattern, slots))
+    }
+
+    /// Copies the current values of the full matrix. Collective among the ranks of the part.
     ///
     /// # Errors
-    /// The pattern differs.
+    /// PETSc rejects its arrays or the assembly.
     pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
-        // Via a second matrix: the distributed BAIJ of PETSc 3.18 does not recognize its own
-        // submatrix if a rank has no rows in it.
-        let mut present = null_mut();
-        let initial = sys::MAT_INITIAL_MATRIX;
-        petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, initial, &mut present))?;
-        let copied = petsc!(MatCopy(present, self.raw, sys::SAME_NONZERO_PATTERN));
-        petsc!(MatDestroy(&mut present))?;
-        copied
+        let Self { matrix, slots, .. } = self;
+        let mut block = [0.0; 9];
+        let block = block
+            .get_mut(..whole.block_size() * whole.block_size())
+            .ok_or_else(|| Error::internal("a matrix with blocks of more than three rows"))?;
+        whole.read(|values| {
+            matrix.fill(|part| {
+                part.zero();
+                for (to, &from) in (0..).zip(slots.iter()) {
+                    values.block(from, block);
+                    part.add(to, block);
+                }
+            })
+        })?
     }
 
-    /// A zero vector with its layout. Collective.
+    /// The ranks of the part.
+    pub fn session(&self) -> &Rc<Session> {
+        &self.session
+    }
+
+    /// The matrix.
+    pub fn matrix(&self) -> &Matrix {
+        &self.matrix
+    }
+
+    /// The first selected owned node.
+    pub fn first_node(&self) -> Option<usize> {
+        self.nodes.first().map(|node| *node as usize)
+    }
+
+    /// A zero vector with its layout. Collective among the ranks of the part.
     ///
     /// # Errors
     /// There is not enough memory.
     pub fn vector(&self) -> Result<Vector> {
-        Vector::new(&self.session, self.nodes.len(), self.block_size)
+        Vector::new(&self.session, self.nodes.len(), self.matrix.block_size())
     }
 
     /// `part = P^T whole`.
     pub fn restrict(&self, whole: &Vector, part: &mut Vector) {
         let (whole, mut part) = (whole.owned(), part.owned_mut());
-        let size = self.block_size;
+        let size = self.matrix.block_size();
         for (values, &node) in part.chunks_exact_mut(size).zip(&self.nodes) {
             values.copy_from_slice(&whole[node as usize * size..][..size]);
         }
@@ -83,7 +140,7 @@ impl SubMatrix {
     /// `whole += P part`.
     pub fn add_to(&self, part: &Vector, whole: &mut Vector) {
         let (part, mut whole) = (part.owned(), whole.owned_mut());
-        let size = self.block_size;
+        let size = self.matrix.block_size();
         for (values, &node) in part.chunks_exact(size).zip(&self.nodes) {
             let sums = &mut whole[node as usize * size..][..size];
             sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
@@ -92,17 +149,7 @@ impl SubMatrix {
 }
 
 impl Operator for SubMatrix {
-    fn raw(&self) -> sys::Mat {
-        self.raw
-    }
-}
-
-impl Drop for SubMatrix {
-    fn drop(&mut self) {
-        // SAFETY: we own the handles, and PETSc is running because we hold the session.
-        unsafe {
-            sys::MatDestroy(&mut self.raw);
-            sys::ISDestroy(&mut self.rows);
-        }
+    fn raw(&self) -> petsc_sys::Mat {
+        self.matrix.raw()
     }
 }

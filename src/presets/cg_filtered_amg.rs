@@ -10,7 +10,9 @@ pub(super) const PRESET: Preset = Preset {
     formats: BOTH,
     multigrid: true,
     implementation: Implementation::FilteredAmg,
-    options: &[CG[0], CG[1], ("pc_type", "shell")],
+    // On several ranks the preconditioner iterates, so the method has to be flexible.
+    options: &[("ksp_type", "fcg"), CG[1], ("pc_type", "shell")],
+    alone: &[CG[0]],
     ..Preset::CG
 };
 

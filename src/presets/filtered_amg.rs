@@ -15,7 +15,9 @@ pub(super) const PRESET: Preset = Preset {
     formats: BOTH,
     multigrid: true,
     implementation: Implementation::FilteredAmg,
-    options: &[GMRES[0], GMRES[1], GMRES[2], ("pc_type", "shell")],
+    // On several ranks the preconditioner iterates, so the method has to be flexible.
+    options: &[("ksp_type", "fgmres"), GMRES[1], GMRES[2], ("pc_type", "shell")],
+    alone: &[GMRES[0]],
     ..Preset::GMRES
 };
 

@@ -5,10 +5,10 @@
 //! on them. Let W be the nodes of facets in contact and of some element layers around them. One
 //! application to `r`, with the residual of the full operator `K` in between, has three parts:
 //!
-//! 1. exact solve with the part of `K` on W;
+//! 1. solve with the part of `K` on W: exact on one rank, by overlapping pieces on several;
 //! 2. one cycle of multigrid with rigid-body modes on the matrix of the bodies, joined in contact
 //!    by springs at most as stiff as an element;
-//! 3. exact solve on W again.
+//! 3. solve on W again.
 //!
 //! The springs prevent the iterations from growing with the mesh. Without them the cycle separates
 //! the bodies. What W repairs over its depth of `l` elements of size `h` then has the condition
@@ -21,8 +21,9 @@
 //! ties sliding bodies.
 //!
 //! The interpolation is kept as long as the bodies remain. The matrices on the levels are kept
-//! until a twentieth of the points changes its status, or an iteration gains less. The factors of W
-//! are kept until the rows of a node there change, because each such point would cost iterations.
+//! until a twentieth of the points changes its status, or an iteration gains less. A rank keeps its
+//! factors of W until the rows of a node there change, because each such point would cost
+//! iterations.
 
 use std::rc::Rc;
 
@@ -363,6 +364,10 @@ impl CustomPreconditioner for FilteredAmg {
             z.set(f64::NAN);
         }
         Ok(())
+    }
+
+    fn take_iterations(&mut self) -> u32 {
+        self.zone.take_iterations()
     }
 
     fn learn(&mut self, poor: bool) {

@@ -179,7 +179,7 @@ impl LinearSolver {
     }
 
     /// Whether the first preset factorises on several ranks, where MUMPS rounds differently in each
-    /// run.
+    /// run, or is the filtered multigrid, whose sums over several ranks do.
     pub fn factorises_together(&self) -> bool {
         let preset = self.ladder[0];
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));

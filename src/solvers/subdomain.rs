@@ -48,7 +48,7 @@ impl Subdomain {
     /// If the pattern names a node that does not exist.
     pub fn new(session: &Rc<Session>, matrix: &Matrix) -> Result<Self> {
         let pattern = Rc::clone(matrix.pattern());
-        let grown = Grown::new(session, &pattern)?;
+        let grown = Grown::new(session, &pattern, &LAYERS)?;
         let factors: Box<dyn Factors> = match matrix.block_size() {
             1 => Box::new(Overlapping::<1>::new(&pattern, grown)),
             2 => Box::new(Overlapping::<2>::new(&pattern, grown)),
@@ -79,10 +79,11 @@ impl Subdomain {
 }
 
 /// The neighbours' nodes of a subdomain with their rows, and the ranks that send them.
-struct Grown {
+pub(super) struct Grown {
     /// Global numbers, in ascending order.
-    ghosts: Vec<i32>,
-    exchange: NodeExchange,
+    pub ghosts: Vec<i32>,
+    /// Exchange of values of the ghosts.
+    pub exchange: NodeExchange,
     /// Largest number of blocks in a row, on any rank.
     width: usize,
     /// For each ghost: its position in the order, the number of its columns, the columns, and
@@ -94,7 +95,13 @@ impl Grown {
     /// Number of values that precede the columns of a row in a message.
     const HEAD: usize = 2;
 
-    fn new(session: &Session, pattern: &BlockPattern) -> Result<Self> {
+    /// The nodes of the layers around the rank's own ones. Each layer may add the given number of
+    /// nodes, relative to those of its rank; the first one that adds more on any rank ends the
+    /// growth. Collective.
+    ///
+    /// # Errors
+    /// If the pattern names a node that does not exist.
+    pub fn new(session: &Session, pattern: &BlockPattern, layers: &[f64]) -> Result<Self> {
         let world = session.world();
         let longest = (0..pattern.rows()).map(|row| pattern.row(row).len() as u64).max().unwrap_or(0);
         let (mut width, mut total) = (0, 0);
@@ -103,7 +110,7 @@ impl Grown {
         let index = IndexMap { first: pattern.first_row, owned: pattern.rows(), ghosts: Vec::new(), total };
         let mut ghosts = Vec::new();
         let mut further = outside(pattern, pattern.columns.iter().copied(), &ghosts);
-        for allowed in LAYERS {
+        for allowed in layers {
             let costs = further.len() as f64 > allowed * pattern.rows() as f64;
             let mut too_much = 0u8;
             world.all_reduce_into(&u8::from(costs), &mut too_much, SystemOperation::max());

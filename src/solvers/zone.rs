@@ -1,4 +1,9 @@
-//! The unknowns around the facets in contact, and a factorisation of the matrix on them.
+//! The unknowns around the facets in contact, and a solver for the matrix on them.
+//!
+//! On one rank the solver is a factorisation. On several ranks it is an overlapping Schwarz method:
+//! each rank factorises its own nodes of W and a layer of W around them, and GMRES combines these
+//! pieces. W is thin and has fixed values on its outer boundary, so that its Green's function decays
+//! within its thickness and no coarse space is needed.
 
 use std::rc::Rc;
 
@@ -7,9 +12,13 @@ use mpi::traits::CommunicatorCollectives;
 use serde::{Deserialize, Serialize};
 
 use super::own::source_of;
+use super::subdomain::Grown;
 use crate::dynamics::{MatrixSource, MultigridHints, Sources};
 use crate::error::Result;
-use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Operator, Reuse, Session, SubMatrix, Vector};
+use crate::partition::exchange::NodeExchange;
+use crate::petsc::{
+    BlockPattern, Event, Krylov, Matrix, Operator, Reason, Reuse, Session, SubMatrix, Vector,
+};
 
 /// W of the filtered multigrid. It is slightly larger than the facets in contact need, so that it
 /// can be kept while they change.
@@ -22,11 +31,14 @@ pub(super) struct Zone {
     covered: Vec<bool>,
     /// Number of nodes in contact when W was chosen, on all ranks.
     chosen_for: u64,
+    /// The solver, on the ranks that own a node of W.
     solver: Option<Solver>,
-    /// Source of the matrix that was factorised.
-    factorised: Option<Rc<MatrixSource>>,
-    /// Whether the factors are those of an earlier matrix.
+    /// Sources of the matrices whose factors are in use, the oldest first. The same on all ranks.
+    factorised: Vec<Option<Rc<MatrixSource>>>,
+    /// Whether factors of an earlier matrix are in use on any rank.
     kept: bool,
+    /// Iterations on W since they were last taken.
+    iterations: u32,
     renewal: Event,
     correction: Event,
 }
@@ -37,58 +49,112 @@ pub(super) struct ZoneState {
     touching: usize,
     covered: usize,
     chosen_for: u64,
-    factorised: Option<usize>,
+    factorised: Vec<PiecesState>,
     kept: bool,
 }
 
-/// The matrix on W with its factors.
+/// The pieces that were factorised for the same matrix.
+#[derive(Serialize, Deserialize)]
+struct PiecesState {
+    source: usize,
+    /// Marks all owned nodes of a rank with such a piece.
+    pieces: usize,
+}
+
+/// The matrix on W with the factors of the rank's piece.
 struct Solver {
     part: SubMatrix,
     krylov: Krylov,
     rhs: Vector,
     solution: Vector,
-    /// An irregular vector on W, zero elsewhere, and its product with the matrix.
+    /// Whether the solver iterates, or factorises W as a whole.
+    iterates: bool,
+    /// An irregular vector on W, the same on any number of ranks up to their numbering.
     sample: Vector,
-    product: Vector,
-    /// Product with the sample and diagonal, on W, of the matrix that was factorised.
-    made_of: [Vector; 2],
+    /// Values on the nodes of the rank's piece beyond its own nodes.
+    overlap: NodeExchange,
+    /// Number of these nodes.
+    further: usize,
+    /// Product with the sample and diagonal, on the piece, of the matrix that was factorised.
+    made_of: [Vec<f64>; 2],
+    /// Number of that matrix among the sources.
+    made_for: usize,
+}
+
+/// What the ranks know together before factors are renewed: numbers of nodes or ranks.
+struct Survey {
+    /// Nodes in contact.
+    touching: u64,
+    /// Ranks on which contact has left W.
+    left: u64,
+    /// Ranks whose piece has changed.
+    changed: u64,
+    /// Ranks whose factors cannot be renewed separately.
+    joined: u64,
+    /// Ranks with unchanged pieces, by the source of their factors.
+    unchanged: [u64; Zone::SOURCES],
 }
 
 impl Zone {
     /// Prefix of PETSc's options for the solver on W.
     const PREFIX: &str = "filter_";
-    const OPTIONS: [(&str, &str); 5] = [
+    /// Options on one rank: a factorisation.
+    const ALONE: [(&str, &str); 5] = [
         ("ksp_type", "preonly"),
         ("pc_type", "lu"),
         ("pc_factor_mat_solver_type", "mumps"),
         ("mat_mumps_icntl_7", "5"),
         ("mat_mumps_icntl_14", "50"),
     ];
+    /// Options on several ranks: GMRES with overlapping pieces, one per rank.
+    const TOGETHER: [(&str, &str); 11] = [
+        ("ksp_type", "gmres"),
+        ("ksp_pc_side", "right"),
+        ("ksp_rtol", Self::TOLERANCE),
+        ("ksp_max_it", Self::MOST),
+        ("pc_type", "asm"),
+        ("pc_asm_overlap", "1"),
+        ("sub_ksp_type", "preonly"),
+        ("sub_pc_type", "lu"),
+        ("sub_pc_factor_mat_solver_type", "mumps"),
+        ("sub_mat_mumps_icntl_7", "5"),
+        ("sub_mat_mumps_icntl_14", "50"),
+    ];
+    /// Tolerance of GMRES on W. The residual of a stiff penalty says little about the error: at 1e-2
+    /// the outer iterations of a block with a penalty of 1e5 E / h were 25 in place of 11, with
+    /// usual penalties they were equal.
+    const TOLERANCE: &str = "1e-3";
+    /// Number of iterations after which the solution on W is used as it is. It is never reached with
+    /// the present pieces, whose solves take four to seven.
+    const MOST: &str = "30";
+    /// Number of layers of W around a rank's own nodes whose change renews its factors, as in
+    /// `pc_asm_overlap`. The springs of contact couple nodes over two facets, so that one layer is two
+    /// facets wide along the contact. Without overlap GMRES takes 14 iterations in place of 3. Two
+    /// layers save a third of the iterations, and factors cost up to four times as much.
+    const OVERLAP: usize = 1;
     /// W is chosen again when contact has shrunk by this factor.
     const SHRUNK: u64 = 4;
+    /// Largest number of matrices whose factors are in use on some rank. The pieces of the oldest
+    /// are renewed first. Each costs as much memory as four vectors.
+    const SOURCES: usize = 4;
 
     /// Creates an empty W, until nodes in contact are observed.
     ///
     /// # Errors
     /// If PETSc cannot register the phase.
     pub fn new(session: &Rc<Session>, layers: u32) -> Result<Self> {
-        let (touching, covered) = (Vec::new(), Vec::new());
-        let renewal = Event::register(session, "ZoneFactors")?;
-        let correction = Event::register(session, "ZoneSolve")?;
-        let session = Rc::clone(session);
-        let (chosen_for, solver, kept) = (0, None, false);
-        let factorised = None;
         Ok(Self {
-            session,
+            session: Rc::clone(session),
             layers,
-            touching,
-            covered,
-            chosen_for,
-            solver,
-            factorised,
-            kept,
-            renewal,
-            correction,
+            touching: Vec::new(),
+            covered: Vec::new(),
+            chosen_for: 0,
+            solver: None,
+            factorised: Vec::new(),
+            kept: false,
+            iterations: 0,
+            renewal: Event::register(session, "ZoneFactors")?,
+            correction: Event::register(session, "ZoneSolve")?,
         })
     }
 
@@ -99,17 +165,26 @@ impl Zone {
 
     /// Whether any rank has a node in W.
     pub fn is_there(&self) -> bool {
-        self.solver.is_some()
+        self.chosen_for > 0
     }
 
-    /// Whether the factors in use are those of an earlier matrix.
+    /// Whether factors of an earlier matrix are in use on any rank.
     pub fn is_kept(&self) -> bool {
         self.kept
     }
 
-    /// Factorises the part of `matrix` on W, which is chosen again if contact has left it. Factors
-    /// of an earlier matrix are kept if `reuse` allows it and the rows of all nodes of W are
-    /// unchanged. Collective.
+    /// Returns the iterations on W since the last call, zero if it is factorised as a whole.
+    /// Collective.
+    pub fn take_iterations(&mut self) -> u32 {
+        let own = std::mem::take(&mut self.iterations);
+        let mut most = 0;
+        self.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());
+        most
+    }
+
+    /// Factorises the part of `matrix` on W, which is chosen again if contact has left it. Each rank
+    /// keeps the factors of an earlier matrix if `reuse` allows it and no row of its piece has
+    /// changed. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails. The solve reports a zero pivot.
@@ -119,43 +194,74 @@ impl Zone {
         source: Option<&Rc<MatrixSource>>,
         reuse: Reuse,
     ) -> Result<()> {
-        let left = self
-            .touching
-            .iter()
-            .enumerate()
-            .any(|(node, touches)| *touches && !self.covered.get(node).copied().unwrap_or(false));
-        let count = self.touching.iter().filter(|touches| **touches).count() as u64;
-        let changed = match &mut self.solver {
-            Some(solver) => solver.changed(matrix)?,
-            None => false,
-        };
-        let mut total = [0u64; 3];
-        let own = [count, u64::from(left), u64::from(changed)];
-        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
-        let [count, left, changed] = total;
-        let anew = left > 0 || count * Self::SHRUNK < self.chosen_for;
-        self.kept = !anew && changed == 0 && reuse == Reuse::Keep && self.is_there();
-        if self.kept {
+        let changed = self.solver.as_mut().map(|solver| solver.follow(matrix)).transpose()?;
+        let survey = self.survey(changed)?;
+        let anew = survey.left > 0 || survey.touching * Self::SHRUNK < self.chosen_for;
+        if anew {
+            self.choose(matrix, survey.touching)?;
+        }
+        if !self.is_there() {
+            self.factorised.clear();
+            self.kept = false;
             return Ok(());
         }
-        if anew {
-            self.choose(matrix, count)?;
-        } else if let Some(solver) = &mut self.solver {
-            solver.part.extract(matrix)?;
+        let serves = if anew || reuse == Reuse::Renew { [false; Self::SOURCES] } else { survey.serve() };
+        self.kept = serves.contains(&true);
+        let renews = !self.kept || survey.changed > 0;
+        let before = |at: usize| serves.iter().take(at).filter(|serves| **serves).count();
+        let mut own = Reuse::Renew;
+        if let Some(solver) = &mut self.solver {
+            if changed == Some(false) && serves[solver.made_for] {
+                own = Reuse::Keep;
+            }
+            solver.made_for = before(if own == Reuse::Keep { solver.made_for } else { Self::SOURCES });
         }
-        self.factorised = source.cloned();
+        let mut remain = serves.iter();
+        self.factorised.retain(|_| remain.next() == Some(&true));
+        if renews {
+            self.factorised.push(source.cloned());
+        }
         let Some(solver) = &mut self.solver else { return Ok(()) };
-        let _running = self.renewal.begin();
-        solver.factorise(matrix)
+        if !renews {
+            return solver.krylov.reuse_preconditioner(Reuse::Keep);
+        }
+        let _running = (own == Reuse::Renew).then(|| self.renewal.begin());
+        solver.factorise(own)
+    }
+
+    /// Gathers what all ranks know, where the rank's piece, if there is one, has `changed`.
+    /// Collective.
+    fn survey(&self, changed: Option<bool>) -> Result<Survey> {
+        let is_left =
+            |(node, touches): (usize, &bool)| *touches && !self.covered.get(node).copied().unwrap_or(false);
+        let mut own = [0; 4 + Self::SOURCES];
+        own[0] = self.touching.iter().filter(|touches| **touches).count() as u64;
+        own[1] = u64::from(self.touching.iter().enumerate().any(is_left));
+        if let (Some(solver), Some(changed)) = (&self.solver, changed) {
+            own[2] = u64::from(changed);
+            own[3] = u64::from(solver.is_joined()?);
+            own[4 + solver.made_for] = u64::from(!changed);
+        }
+        let mut total = own;
+        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
+        let [touching, left, changed, joined, unchanged @ ..] = total;
+        Ok(Survey { touching, left, changed, joined, unchanged })
     }
 
     /// The state that outlives a solve.
     pub fn state(&self, sources: &mut Sources) -> ZoneState {
+        let made_for = self.solver.as_ref().map(|solver| solver.made_for);
+        let mut pieces = |(at, source): (usize, &Option<Rc<MatrixSource>>)| {
+            let source = sources.matrix(source.as_ref()?);
+            let pieces = sources.mark(&vec![made_for == Some(at); self.touching.len()]);
+            Some(PiecesState { source, pieces })
+        };
+        let factorised: Option<Vec<_>> = self.factorised.iter().enumerate().map(&mut pieces).collect();
         ZoneState {
             touching: sources.mark(&self.touching),
             covered: sources.mark(&self.covered),
             chosen_for: self.chosen_for,
-            factorised: self.factorised.as_ref().map(|source| sources.matrix(source)),
+            factorised: factorised.unwrap_or_default(),
             kept: self.kept,
         }
     }
@@ -172,37 +278,55 @@ impl Zone {
     ) -> Result<()> {
         let marks = |number: usize| sources.marks.get(number).cloned().unwrap_or_default();
         self.touching = marks(state.touching);
+        if state.factorised.is_empty() {
+            return Ok(());
+        }
         self.covered = marks(state.covered);
         self.chosen_for = state.chosen_for;
         self.kept = state.kept;
-        let Some(number) = state.factorised else { return Ok(()) };
-        let source = source_of(sources, number)?;
-        self.factorised = Some(Rc::clone(source));
-        if self.chosen_for == 0 {
-            return Ok(());
+        for (at, PiecesState { source, pieces }) in state.factorised.iter().enumerate() {
+            let source = source_of(sources, *source)?;
+            system.assemble_again(source)?;
+            let matrix = system.matrix();
+            self.factorised.push(Some(Rc::clone(source)));
+            if at == 0 {
+                let mut grown = Growth::new(&self.session, matrix.pattern(), &self.covered)?;
+                // The covered nodes include the first layer.
+                for _ in 1..self.layers {
+                    grown.grow()?;
+                }
+                self.extract(matrix, &grown)?;
+            }
+            let Some(solver) = &mut self.solver else { continue };
+            let is_own = solver.part.first_node().is_some_and(|node| marks(*pieces)[node]);
+            if is_own {
+                solver.made_for = at;
+            }
+            solver.part.extract(matrix)?;
+            solver.factorise(if is_own { Reuse::Renew } else { Reuse::Keep })?;
         }
-        system.assemble_again(source)?;
-        let matrix = system.matrix();
-        let mut grown = Growth::new(&self.session, matrix.pattern(), &self.covered)?;
-        // The covered nodes include the first layer.
-        for _ in 1..self.layers {
-            grown.grow()?;
-        }
-        self.extract(matrix, &grown)?;
-        self.solver.as_mut().map_or(Ok(()), |solver| solver.factorise(matrix))
+        Ok(())
     }
 
-    /// Computes `z += P (P^T K P)^-1 P^T r`. Returns whether this was possible. Collective.
+    /// Computes `z += P (P^T K P)^-1 P^T r`, on several ranks to the tolerance of the iteration.
+    /// Returns whether this was possible. Collective among the ranks that own a node of W; the
+    /// others return at once.
     ///
     /// # Errors
     /// If a PETSc call fails.
     pub fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
-        let Some(Solver { part, krylov, rhs, solution, .. }) = &mut self.solver else { return Ok(true) };
+        let Some(Solver { part, krylov, rhs, solution, iterates, .. }) = &mut self.solver else {
+            return Ok(true);
+        };
         let _running = self.correction.begin();
         part.restrict(r, rhs);
         let outcome = krylov.solve(rhs, solution)?;
         part.add_to(solution, z);
-        Ok(outcome.converged())
+        if *iterates {
+            self.iterations += outcome.iterations as u32;
+        }
+        // A less accurate solution is still a preconditioner.
+        Ok(outcome.converged() || outcome.reason == Reason::Iterations)
     }
 
     /// Grows W layer by layer along the rows of the matrix. Collective.
@@ -227,19 +351,24 @@ impl Zone {
     fn extract(&mut self, matrix: &Matrix, grown: &Growth) -> Result<()> {
         let marked = grown.marked();
         let nodes = (0..marked.len() as u32).filter(|&node| marked[node as usize]).collect();
+        let irregular = matrix.irregular(0)?;
         let part = SubMatrix::new(&self.session, matrix, nodes)?;
-        let mut krylov = Krylov::new(&self.session, Self::PREFIX)?;
-        krylov.configure(&Self::OPTIONS)?;
-        let (mut rhs, solution) = (part.vector()?, part.vector()?);
-        let made_of = [part.vector()?, part.vector()?];
-        // The sample is zero outside of W, so that the product contains no other columns.
-        let mut sample = matrix.irregular(0)?;
-        let product = sample.like()?;
-        part.restrict(&sample, &mut rhs);
-        sample.set(0.0);
-        part.add_to(&rhs, &mut sample);
-        self.solver = Some(Solver { part, krylov, rhs, solution, sample, product, made_of });
+        self.solver = part.map(|part| Solver::new(part, &irregular)).transpose()?;
         Ok(())
+    }
+}
+
+impl Survey {
+    /// The sources whose factors remain on the ranks with unchanged pieces.
+    fn serve(&self) -> [bool; Zone::SOURCES] {
+        if self.changed > 0 && self.joined > 0 {
+            return [false; Zone::SOURCES];
+        }
+        let mut serves = self.unchanged.map(|pieces| pieces > 0);
+        if self.changed > 0 && !serves.contains(&false) {
+            serves[0] = false;
+        }
+        serves
     }
 }
 
@@ -252,12 +381,46 @@ impl Solver {
     /// for points that stick with the same stiffness.
     const CHANGED: f64 = 0.1;
 
-    /// Whether the rows of an owned node on W differ from those that were factorised. Collective.
-    fn changed(&mut self, matrix: &Matrix) -> Result<bool> {
-        matrix.multiply(&self.sample, &mut self.product)?;
-        self.part.restrict(&self.product, &mut self.rhs);
+    /// Creates a solver without factors, with a sample from an irregular vector on the full matrix.
+    /// Collective among the ranks of the part.
+    fn new(part: SubMatrix, irregular: &Vector) -> Result<Self> {
+        let session = part.session();
+        let mut krylov = Krylov::new(session, Zone::PREFIX)?;
+        match session.size() {
+            1 => krylov.configure(&Zone::ALONE)?,
+            _ => krylov.configure(&Zone::TOGETHER)?,
+        }
+        let iterates = krylov.types()?.0 != "preonly";
+        let layers = [f64::INFINITY; Zone::OVERLAP];
+        let Grown { ghosts, exchange, .. } = Grown::new(session, part.matrix().pattern(), &layers)?;
+        let mut sample = part.vector()?;
+        part.restrict(irregular, &mut sample);
+        Ok(Self {
+            rhs: part.vector()?,
+            solution: part.vector()?,
+            part,
+            krylov,
+            iterates,
+            sample,
+            overlap: exchange,
+            further: ghosts.len(),
+            made_of: [Vec::new(), Vec::new()],
+            made_for: 0,
+        })
+    }
+
+    /// Whether the factors of the pieces are those of one factorisation, so that no rank can keep
+    /// its own.
+    fn is_joined(&self) -> Result<bool> {
+        Ok(self.part.session().size() > 1 && self.krylov.types()?.1 != "asm")
+    }
+
+    /// Takes the values of `matrix`. Returns whether the rows of a node of the piece differ from
+    /// those that were factorised. Collective among the ranks of the part.
+    fn follow(&mut self, matrix: &Matrix) -> Result<bool> {
+        self.part.extract(matrix)?;
+        let now = self.product()?;
         let [before, diagonal] = &self.made_of;
-        let (now, before, diagonal) = (self.rhs.owned(), before.owned(), diagonal.owned());
         let size = matrix.block_size();
         let mut nodes =
             now.chunks_exact(size).zip(before.chunks_exact(size)).zip(diagonal.chunks_exact(size));
@@ -268,16 +431,40 @@ impl Solver {
         }))
     }
 
-    /// Factorises the part, and stores the data that show whether the factors still fit the matrix.
-    /// Collective.
-    fn factorise(&mut self, matrix: &Matrix) -> Result<()> {
-        let [made, diagonal] = &mut self.made_of;
-        matrix.multiply(&self.sample, &mut self.product)?;
-        self.part.restrict(&self.product, made);
-        matrix.diagonal(&mut self.product)?;
-        self.part.restrict(&self.product, diagonal);
+    /// Factorises the piece, or keeps its factors while other ranks factorise theirs. Stores the
+    /// data that show whether the factors still fit the matrix. Collective among the ranks of the
+    /// part.
+    fn factorise(&mut self, own: Reuse) -> Result<()> {
+        let is_first = self.made_of[0].is_empty();
+        if !is_first {
+            self.krylov.reuse_pieces(own)?;
+        }
+        let product = self.product()?;
+        self.part.matrix().diagonal(&mut self.rhs)?;
+        let diagonal = self.on_piece();
+        if is_first || own == Reuse::Renew {
+            self.made_of = [product, diagonal];
+        }
         self.krylov.set_operators(&self.part, &self.part)?;
-        self.krylov.set_up()
+        self.krylov.reuse_preconditioner(Reuse::Renew)?;
+        self.krylov.set_up_pieces()
+    }
+
+    /// Product of the matrix with the sample, on the piece. Collective among the ranks of the part.
+    fn product(&mut self) -> Result<Vec<f64>> {
+        self.part.multiply(&self.sample, &mut self.rhs)?;
+        Ok(self.on_piece())
+    }
+
+    /// The values of `rhs` on the piece. Collective among the ranks of the part.
+    fn on_piece(&mut self) -> Vec<f64> {
+        let size = self.rhs.block_size();
+        let owned = self.rhs.owned();
+        let mut values = owned.to_vec();
+        values.resize(owned.len() + self.further * size, 0.0);
+        let world = self.part.session().world();
+        self.overlap.forward(world, size, &owned, &mut values[owned.len()..]);
+        values
     }
 }
 

@@ -409,3 +409,48 @@ pub fn stretch(free: i32) -> f64 {
     }
     across(low).sqrt()
 }
+
+/// Two pairs of bodies far from each other. The points of one pair slip, those of the other stick.
+pub fn two_pairs() -> String {
+    let pair = |name: &str, left: f64, cells: u32| {
+        format!(
+            "  {name}_lower:
+    mesh: {{ box: {{ min: [{left}, 0], max: [{right}, 0.5], cells: [{cells}, 6], element: quad4 }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e7, poisson_ratio: 0.3 }} }}
+    density: 1000
+  {name}_upper:
+    mesh: {{ box: {{ min: [{left}, 0.5], max: [{right}, 1], cells: [{upper}, 6], element: quad4 }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e7, poisson_ratio: 0.3 }} }}
+    density: 1000
+",
+            right = left + 1.0,
+            upper = cells - 1,
+        )
+    };
+    let contact = |name: &str| {
+        format!(
+            "  {name}: {{ contactor: {name}_upper.bottom, target: {name}_lower.top, normal: {{ penalty: {{ \
+             compliance: 1.0e-10 }} }}, friction: {{ coulomb: {{ coefficient: 0.5, regularization: {{ \
+             stick_stiffness: 1.0e10 }} }} }}, initial_overclosure: accept }}\n"
+        )
+    };
+    format!(
+        "dimension: 2
+bodies:
+{}{}contact:
+{}{}boundary:
+  base_a: {{ on: a_lower.bottom, displacement: {{ x: 0, y: 0 }} }}
+  base_b: {{ on: b_lower.bottom, displacement: {{ x: 0, y: 0 }} }}
+  stuck: {{ on: a_upper.top, displacement: {{ x: '2e-5 * t', y: '-5e-4 - 1e-4 * t' }} }}
+  dragged: {{ on: b_upper.top, displacement: {{ x: '0.02 * t', y: '-0.001 - 0.001 * t' }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 4 }} }} }}
+output:
+  fields: {{ every: 1000 }}
+  probes: {{ corner: {{ at: [3, 0.5], on: b_lower }} }}
+",
+        pair("a", 0.0, 12),
+        pair("b", 2.0, 12),
+        contact("a"),
+        contact("b"),
+    )
+}

@@ -2,8 +2,8 @@
 //! writes checkpoints or not: to the last bit on the same number of ranks, to rounding on another.
 //! Defects of a checkpoint are reported before any file is modified.
 //!
-//! Bits are compared with GMRES, because MUMPS on several ranks rounds differently each time. The
-//! static start is factorised on one rank.
+//! Bits are compared with GMRES, because MUMPS on several ranks rounds differently each time, and the
+//! multigrid on more than two. The static start is factorised on one rank.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -17,7 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use common::{Folder, Output, Running, Table, run, send};
+use common::{Folder, Output, Running, Table, run, send, two_pairs};
 
 /// Displacements on other numbers of ranks agree to this fraction of the largest one.
 const AGREEMENT: f64 = 1e-10;

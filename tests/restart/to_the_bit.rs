@@ -63,6 +63,17 @@ fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
     computes_the_same_bits(&ironing(GMRES), 3, &[30]);
 }
 
+/// The pieces of the filtered multigrid on two ranks, all of which are made again. A sum over two
+/// ranks has only one order; on more ranks the multigrid rounds differently in each run. With two
+/// pairs of bodies one rank has factors of an earlier matrix than the other.
+#[test]
+fn pieces_to_the_last_bit_on_2_ranks() {
+    computes_the_same_bits(&ironing("{ linear: filtered_amg }"), 2, &[14]);
+    let pairs = two_pairs().replace("output:\n", "output:\n  checkpoint: { every: 2, keep: 1000 }\n");
+    let pairs = format!("{pairs}\nsolver: {{ linear: filtered_amg }}\n");
+    computes_the_same_bits(&pairs, 2, &[2]);
+}
+
 /// Preconditioners of PETSc, and the two-stage scheme with its own matrices.
 #[test]
 fn other_preconditioners_to_the_last_bit() {
