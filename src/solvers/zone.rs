@@ -98,7 +98,12 @@ struct Survey {
 impl Zone {
     /// Prefix of PETSc's options for the solver on W.
     const PREFIX: &str = "filter_";
-    /// Options on one rank: a factorisation.
+    /// Largest number of ranks that factorise W as a whole unless `filter_pc_type` is given.
+    ///
+    /// On two ranks pieces take 1.8 times as long, because their solves are repeated. MUMPS gains from up
+    /// to four ranks, and hardly from more (docs/performance/on-a-cluster.md).
+    const FEW: i32 = 4;
+    /// Options on few ranks: a factorisation.
     const ALONE: [(&str, &str); 5] = [
         ("ksp_type", "preonly"),
         ("pc_type", "lu"),
@@ -106,7 +111,7 @@ impl Zone {
         ("mat_mumps_icntl_7", "5"),
         ("mat_mumps_icntl_14", "50"),
     ];
-    /// Options on several ranks: GMRES with overlapping pieces, one per rank.
+    /// Options on many ranks: GMRES with overlapping pieces, one per rank.
     const TOGETHER: [(&str, &str); 11] = [
         ("ksp_type", "gmres"),
         ("ksp_pc_side", "right"),
@@ -388,6 +393,9 @@ impl Solver {
         let mut krylov = Krylov::new(session, Zone::PREFIX)?;
         match session.size() {
             1 => krylov.configure(&Zone::ALONE)?,
+            few if few <= Zone::FEW && !session.is_given("filter_pc_type") => {
+                krylov.configure(&Zone::ALONE)?;
+            }
             _ => krylov.configure(&Zone::TOGETHER)?,
         }
         let iterates = krylov.types()?.0 != "preonly";

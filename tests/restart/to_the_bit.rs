@@ -68,9 +68,10 @@ fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
 /// pairs of bodies one rank has factors of an earlier matrix than the other.
 #[test]
 fn pieces_to_the_last_bit_on_2_ranks() {
-    computes_the_same_bits(&ironing("{ linear: filtered_amg }"), 2, &[14]);
+    let pieces = "petsc: { filter_pc_type: asm }";
+    computes_the_same_bits(&format!("{}{pieces}\n", ironing("{ linear: filtered_amg }")), 2, &[14]);
     let pairs = two_pairs().replace("output:\n", "output:\n  checkpoint: { every: 2, keep: 1000 }\n");
-    let pairs = format!("{pairs}\nsolver: {{ linear: filtered_amg }}\n");
+    let pairs = format!("{pairs}\nsolver: {{ linear: filtered_amg }}\n{pieces}\n");
     computes_the_same_bits(&pairs, 2, &[2]);
 }
 
