@@ -469,9 +469,9 @@ impl<const D: usize> Bodies<D> {
         self.free.accept(&session, stage);
     }
 
-    /// Whether there are free rigid bodies.
-    pub fn has_free_rigid(&self) -> bool {
-        !self.free.is_empty()
+    /// Number of nodes of free rigid bodies, which are not nodes of the mesh.
+    pub fn rigid_nodes(&self) -> u64 {
+        2 * self.free.all().len() as u64
     }
 
     /// Calls `receive(node, angular)` for each rotation node of a free rigid body on this rank, whose

@@ -180,9 +180,10 @@ fn nearest<const D: usize>(
 ) -> Result<Watched<D>> {
     let world = system.session().world();
     let local = system.bodies().local();
-    let mut on_body = vec![probe.body.is_none(); local.mesh.points.len()];
-    for element in (0..local.mesh.element_count()).filter(|_| probe.body.is_some()) {
-        if Some(usize::from(local.mesh.body[element])) == probe.body {
+    // The nodes of free rigid bodies belong to no element.
+    let mut on_body = vec![false; local.mesh.points.len()];
+    for element in 0..local.mesh.element_count() {
+        if probe.body.is_none_or(|body| usize::from(local.mesh.body[element]) == body) {
             local.mesh.element_nodes(element).iter().for_each(|&n| on_body[n as usize] = true);
         }
     }

@@ -167,7 +167,7 @@ impl<const D: usize> Journal<D> {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
             folder: self.folder.display().to_string(),
             elements: partition.elements.iter().sum(),
-            nodes: partition.owned.iter().sum(),
+            nodes: partition.owned.iter().sum::<u64>() - system.bodies().rigid_nodes(),
             unknowns: self.record.unknowns,
             ranks: self.record.ranks,
             imbalance: partition.element_imbalance(),

@@ -39,7 +39,7 @@ fn what_does_not_fit_is_refused() {
         (&whole[..whole.len() / 2], "truncated"),
         (&whole[..10], "truncated"),
         (&flipped, "SHA-256"),
-        (&later, "format 99; this program reads format 4"),
+        (&later, "format 99; this program reads format"),
         (b"something else that is long enough to be looked at", "not a checkpoint"),
     ] {
         fs::write(newest, bytes).expect("a damaged checkpoint");
