@@ -97,7 +97,12 @@ fn a_free_top_precesses() {
     let axis = nalgebra::Unit::new_normalize(momentum);
     let turn = nalgebra::Rotation3::from_axis_angle(&axis, 2.0 * momentum.norm());
     let exact = turn * nalgebra::Vector3::new(2.0, 0.0, 3.0);
-    for scheme in ["{ newmark: { beta: 0.25, gamma: 0.5 } }", "midpoint"] {
+    for scheme in [
+        "{ newmark: { beta: 0.25, gamma: 0.5 } }",
+        "midpoint",
+        "{ generalized_alpha: { spectral_radius: 0.8 } }",
+        "{ hht: { spectral_radius: 0.8 } }",
+    ] {
         let errors = [0.02, 0.01].map(|step| {
             let results = Results::of(&top(step, scheme), 1);
             let [rigid, momenta, energy] =
@@ -122,6 +127,26 @@ fn a_free_top_precesses() {
         assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.1), "{scheme}: {errors:?} {orders:?}");
         assert!(errors[1][2] < 1e-3, "{scheme}: {errors:?}");
     }
+}
+
+/// A prescribed rotation that is not zero at the start is there from the start, while forces move
+/// the body.
+#[test]
+fn a_prescribed_rotation_may_begin_anywhere() {
+    let text = top(0.1, "midpoint")
+        .replace(
+            "    free:\n",
+            "    motion: { rotation: { axis: [0, 3, 4], angle: '0.5 + 0.7 * t' } }\n    free:\n",
+        )
+        .replace("      initial_spin: [2, 0, 3]\n", "      force: { y: 4 }\n");
+    let rigid = Results::of(&text, 1).table("rigid.csv");
+    for (axis, share) in [("x", 0.0), ("y", 0.6), ("z", 0.8)] {
+        let rows = rigid.numbers("time").into_iter().zip(rigid.numbers(&format!("rotation_{axis}")));
+        let apart = rows.map(|(t, angle)| (angle - share * (0.5 + 0.7 * t)).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-12, "{axis}: {apart:e}");
+    }
+    // From -0.25 m/s, with 2 m/s2 over 2 s.
+    assert!((rigid.last("velocity_y") - 3.75).abs() < 1e-9);
 }
 
 /// A disc that is pressed into a block in statics. `drive` is what moves it.

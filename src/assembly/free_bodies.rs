@@ -41,6 +41,15 @@ pub(super) struct FreeBody<const D: usize> {
     orientation: UnitQuaternion<f64>,
 }
 
+/// Whether stored rotations move from the start of a step to its end, or back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turn {
+    /// To the end.
+    Forwards,
+    /// From the end to the start.
+    Backwards,
+}
+
 /// Values of the unknowns of a free body at the start of the step and at the iterate.
 #[derive(Debug, Clone, Copy)]
 struct PoseFields<const D: usize> {
@@ -124,8 +133,8 @@ impl<const D: usize> FreeBody<D> {
         Ok((force, torque))
     }
 
-    /// A torque in space as seen from the body.
-    fn seen_torque(&self, orientation: &UnitQuaternion<f64>, torque: &Vector3<f64>) -> Vector3<f64> {
+    /// A torque or an angular velocity in space as seen from the body.
+    fn seen_from_body(&self, orientation: &UnitQuaternion<f64>, torque: &Vector3<f64>) -> Vector3<f64> {
         if D == 2 { *torque } else { orientation.inverse() * torque }
     }
 }
@@ -238,7 +247,8 @@ impl<const D: usize> FreeBodies<D> {
     /// Writes the initial velocities of this rank's nodes.
     pub fn start(&self, v: &mut [f64]) {
         for (body, nodes) in self.own() {
-            let spin = body.model.initial_spin;
+            let spin = Vector3::from(body.model.initial_spin);
+            let spin = body.seen_from_body(&body.orientation, &spin);
             for i in 0..D {
                 v[nodes[0] as usize * D + i] = body.model.initial_velocity[i];
                 let about = if i < FreeRigid::<D>::ROTATIONS { spin[FreeRigid::<D>::axis(i)] } else { 0.0 };
@@ -328,7 +338,7 @@ impl<const D: usize> FreeBodies<D> {
             let [first, about] = [position, rotation].map(|node| node as usize * D);
             debug_assert!(first + D <= rows && about + D <= rows);
             let orientation = body.orientation_of(stage, rotation);
-            let moment = body.rigid.components(&body.seen_torque(&orientation, &torque).into());
+            let moment = body.rigid.components(&body.seen_from_body(&orientation, &torque).into());
             for i in 0..D {
                 external[first + i] += factor * force[i];
                 external[about + i] += factor * moment[i];
@@ -346,7 +356,7 @@ impl<const D: usize> FreeBodies<D> {
     /// which only bodies in space have.
     ///
     /// # Errors
-    /// As for `add_forces`.
+    /// A torque is not finite, at its position in the case.
     pub fn add_stiffness(
         &self,
         stage: &Stage,
@@ -368,7 +378,7 @@ impl<const D: usize> FreeBodies<D> {
             }
             if terms.contains(Terms::FOLLOWING_LOAD) {
                 let (_, torque) = body.loads(stage.trial.time)?;
-                let seen = body.seen_torque(&body.orientation_of(stage, rotation), &torque);
+                let seen = body.seen_from_body(&body.orientation_of(stage, rotation), &torque);
                 let change = body.change_of(stage, rotation);
                 for (j, turn) in body.rigid.variations(&change).turns.iter().enumerate() {
                     let turned = turn * Vector::<D>::from_fn(|i, _| seen[i]);
@@ -389,14 +399,15 @@ impl<const D: usize> FreeBodies<D> {
         Ok(())
     }
 
-    /// Stores the rotations at the end of an accepted step. Collective.
-    pub fn accept(&mut self, session: &Session, stage: &Stage) {
+    /// Turns the stored rotations by the rotation of this step. Collective.
+    pub fn turn(&mut self, session: &Session, stage: &Stage, turn: Turn) {
         if self.is_empty() {
             return;
         }
+        let sign = if turn == Turn::Forwards { 1.0 } else { -1.0 };
         let fields = self.fields(session, stage);
         for (body, fields) in self.bodies.iter_mut().zip(&fields) {
-            body.orientation = body.orientation_at(fields);
+            body.orientation = body.rigid.turned(&body.orientation, &(fields.change() * sign));
         }
     }
 

@@ -161,7 +161,7 @@ impl<const D: usize> ContactPair<D> {
         }
     }
 
-    /// Finds the nodes of a free rigid target. Others have none.
+    /// Finds the nodes of the target if it is a free rigid body.
     pub(super) fn find_pose(&mut self, bodies: &FreeBodies<D>) {
         self.pose = pose_of(&self.contact.target, bodies);
     }
@@ -372,13 +372,17 @@ impl<const D: usize> ContactPair<D> {
         mut remote: RemoteForce,
     ) {
         let own_node = self.acts_on_own_node();
+        let pose = self.contact.target.pose_nodes();
         for (vertex, _) in state.current.iter().enumerate().filter(|(_, point)| point.is_closed()) {
             let nodes = match own_node {
                 true => &self.contact.surface.vertices()[vertex..=vertex],
                 false => self.couplings.nodes_of(vertex),
             };
-            let values = value(vertex).as_slice().repeat(nodes.len());
-            add_forces::<D>(nodes, &values, own, &mut remote);
+            let values = value(vertex);
+            // The nodes of a free rigid target are not on a surface.
+            for node in nodes.iter().filter(|node| pose.is_none_or(|pose| !pose.contains(node))) {
+                add_forces::<D>(&[*node], values.as_slice(), own, &mut remote);
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::free_bodies::FreeState;
+use super::free_bodies::{FreeState, Turn};
 use super::system::ContactSystem;
 use crate::contact::rigid::{MotionInstant, MotionStep};
 use crate::dynamics::{OverStep, RigidInstant, Stage};
@@ -73,9 +73,19 @@ impl<const D: usize> ContactSystem<D> {
         self.trouble = self.trouble.take().or_else(|| placed.err());
     }
 
-    /// Whether there are bodies of `rigid`.
-    pub fn has_tools(&self) -> bool {
-        !self.tools.is_empty()
+    /// Whether a body of `rigid` has a prescribed motion that is not zero.
+    pub fn has_moving_tools(&self) -> bool {
+        let moves = |tool: &RigidModel<D>| {
+            tool.prescribed().is_some_and(|motion| motion.functions().any(|function| !function.is_zero()))
+        };
+        self.tools.iter().any(moves)
+    }
+
+    /// Turns the stored rotations of free rigid bodies by the rotation of the step in `stage`.
+    /// Collective.
+    pub fn turn_rigid(&mut self, stage: &Stage, turn: Turn) {
+        let session = self.bodies.session.clone();
+        self.bodies.free.turn(&session, stage, turn);
     }
 
     /// Largest displacement of the surfaces of moving rigid bodies where bodies touch them at the

@@ -92,7 +92,7 @@ pub struct Case {
     /// Rigid targets at rest by name.
     #[serde(default)]
     pub obstacles: Named<Obstacle>,
-    /// Rigid bodies with prescribed motion by name.
+    /// Rigid bodies by name, whose motion is prescribed or follows from forces.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub rigid: Named<Rigid>,
     /// Pairs of surfaces that may touch, by name. `all` instead of names: all surfaces may touch
@@ -258,8 +258,9 @@ impl Case {
         self.contact.values().all(is_plane)
     }
 
-    /// Whether contact without friction makes the matrix non-symmetric: between bodies, over round obstacles and with free rigid bodies. A linear solver that
-    /// needs symmetry gets the symmetric part, for more iterations of Newton's method.
+    /// Whether contact without friction makes the matrix non-symmetric: between bodies, over round
+    /// obstacles and with free rigid bodies. A linear solver that needs symmetry gets the symmetric
+    /// part, for more iterations of Newton's method.
     pub fn has_unsymmetric_contact(&self) -> bool {
         let free = self.rigid.values().any(|body| body.free.is_some());
         !self.solver.linear.needs_symmetry() && (free || !self.meets_planes_only())

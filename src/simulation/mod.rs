@@ -283,7 +283,7 @@ struct Attempt<'a> {
 
 impl Attempt<'_> {
     /// Solves from the extrapolated state. If this fails, solves from the state at the start of the
-    /// step.
+    /// step, or in statics with moving tools from a guess for the tools at the end of the step.
     fn solve<const D: usize>(
         &self,
         system: &mut ContactSystem<D>,
@@ -310,7 +310,7 @@ impl Attempt<'_> {
         }
         stage.trial.u.copy_from(&stage.start.u)?;
         doubt_first_slip(system, false);
-        if system.has_tools()
+        if system.has_moving_tools()
             && !self.scheme.has_inertia()
             && !first_guess(strategy, system, stage, RigidInstant::End)?
         {

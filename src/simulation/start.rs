@@ -7,7 +7,7 @@ use super::journal::Journal;
 use super::{SOLVER_PREFIXES, options};
 use crate::advice::crushed::crushed;
 use crate::advice::reach::{self, Span};
-use crate::assembly::{ContactSystem, set_velocity};
+use crate::assembly::{ContactSystem, Turn, set_velocity};
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Continuation, Equations, FrictionMode, RigidInstant, Shifts, Stage};
 use crate::error::{Cause, Error, Result};
@@ -345,7 +345,8 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     stage.dt = 0.0;
     stage.shifts = Shifts::default();
     stage.balance = Balance::AT_THE_END;
-    stage.inertia = false;
+    // Gyroscopic moments are among the forces at the start.
+    stage.inertia = system.bodies().is_dynamic();
     stage.trial.copy_from(&stage.start)?;
     stage.trial.time = 0.0;
     // Statics begins undeformed and without loads. A load that acts from the first step on grows
@@ -355,11 +356,14 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     system.set_continuation(Continuation { load_factor, ..steps });
     system.set_start_factor(load_factor);
     system.prescribe(stage)?;
+    // The rotations of rigid bodies are those of the trial state.
+    system.turn_rigid(stage, Turn::Forwards);
     // A return map knows only the slip in its history. Bodies that slide at the start, deformable
     // and rigid ones, are therefore assumed to have slid for one step before.
     stage.start.time = -step;
     stage.start.u.axpy(-step, &stage.start.v)?;
     stage.start.u.update_ghosts()?;
+    system.turn_rigid(stage, Turn::Backwards);
     let mut residual = system.pattern_vector().like()?;
     let state = system.residual(stage, &mut residual)?;
     if !state.norm.is_finite() {
@@ -368,6 +372,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     }
     system.set_continuation(steps);
     system.remember_start(stage)?;
+    system.turn_rigid(stage, Turn::Forwards);
     stage.start.copy_from(&stage.trial)
 }
 

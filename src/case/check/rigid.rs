@@ -57,6 +57,18 @@ impl Check<'_> {
                 self.found.cure("write torque: { z: ... }");
             }
         }
+        if self.case.time.scheme.value.is_static() {
+            let initial = free.initial_velocity.as_ref().map(|velocity| velocity.place);
+            if let Some(place) = initial.or(free.initial_spin.as_ref().map(|spin| spin.place)) {
+                self.found.say(place, "an initial velocity is not allowed with the static scheme");
+            }
+            if let Some(gravity) =
+                free.gravity.as_ref().filter(|_| free.mass.is_none() && free.density.is_none())
+            {
+                self.found.say(gravity.place, format!("gravity acts on '{name}', which has no mass"));
+                self.found.cure("add `mass`, or give a `force`");
+            }
+        }
         if self.case.time.scheme.value.conserves() {
             self.found.say(
                 free.place,
@@ -106,8 +118,8 @@ impl Check<'_> {
             self.found.say(free.place, format!("the free rigid body '{name}' has no mass"));
             self.found.cure("add `mass`, or `density` for a sphere or a disc");
         }
-        let turns = rotation_of(body).is_none()
-            && (0..3).any(|axis| {
+        let turns = rotation_of(body).is_some()
+            || (0..3).any(|axis| {
                 (self.dimension == Some(3) || axis == 2) && !free.fixes(|degree| degree.axis() == Some(axis))
             });
         if free.inertia.is_none() && turns {
@@ -173,7 +185,8 @@ impl Check<'_> {
     /// A rigid body has one motion, which does not vary in space.
     fn of_time<const KG: i8, const M: i8, const S: i8>(&mut self, varying: &Varying<KG, M, S>) {
         if !varying.is_constant_in_space() {
-            self.found.say(varying.place, "the motion of a rigid body depends on t only, not on x, y, z");
+            self.found
+                .say(varying.place, "a motion or load of a rigid body depends on t only, not on x, y, z");
             self.found.cure("write an expression in t, or a table");
         }
         self.finite(varying);

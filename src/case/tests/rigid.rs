@@ -113,7 +113,7 @@ fn free_bodies_are_read() {
         (
             2,
             format!(
-                "{FLAT}, motion: {{ rotation: {{ angle: t }} }}, free: {{ mass: 1, torque: {{ z: 1 }} }}"
+                "{FLAT}, motion: {{ rotation: {{ angle: t }} }}, free: {{ mass: 1, inertia: [1], torque: {{ z: 1 }} }}"
             ),
         ),
         (3, format!("{SPACE}, free: {{ mass: 1, fixed: [rx, ry, rz], initial_velocity: [1, 0, 0] }}")),
@@ -168,6 +168,11 @@ fn what_is_wrong_with_a_free_body_is_reported() {
         (flat("{ torque: { z: 1 N } }"), &["case.yml:7:", "N"]),
         (flat("{ gravity: [0, 0, 1] }"), &["case.yml:7:", "2 entries"]),
         (flat("{ initial_spin: [0, 0, 1] }"), &["case.yml:7:", "1 entr"]),
+        (flat("{ initial_velocity: [0, 1] }"), &["case.yml:7:", "not allowed with the static scheme"]),
+        (
+            flat("{ gravity: [0, 1] }"),
+            &["case.yml:7:", "gravity acts on 'tool', which has no mass", "`force`"],
+        ),
         (
             dynamic("{ mass: 1, inertia: [1] }").replace("midpoint", "conserving"),
             &["case.yml:8:", "conserving scheme has no free rigid bodies", "midpoint"],

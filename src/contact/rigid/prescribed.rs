@@ -104,11 +104,13 @@ impl<const D: usize> BodyMotion<D> {
     pub fn frame(&self, step: &MotionStep) -> Result<BodyFrame<D>> {
         let generator = self.generator();
         let states = self.states(step)?;
+        // In a first guess the motion itself carries what sticks.
+        let moving = if step.ahead.is_some() { 0.0 } else { 1.0 };
         let ends = states.map(|state| Placement {
             translation: state.translation,
             rotation: rotation_about(&generator, state.angle),
-            velocity: state.velocity,
-            spin: generator * state.rate,
+            velocity: state.velocity * moving,
+            spin: generator * (state.rate * moving),
         });
         let turn = StepTurn { generator, angles: states.map(|state| state.angle), over: step.over };
         let mut frame = BodyFrame::prescribed(self.centre, ends, turn);
