@@ -160,7 +160,7 @@ fn mpirun_leaves_time_for_a_checkpoint() {
 /// and to its group, count as one request.
 #[test]
 fn a_later_signal_ends_at_once() {
-    let slow = [("cells: [48, 50]", "cells: [300, 320]"), ("end: 0.07", "end: 0.01")];
+    let slow = [("cells: [48, 50]", "cells: [420, 440]"), ("end: 0.07", "end: 0.01")];
     let long = place(&shipped("rubber-block/case.yml", &slow, "{ linear: direct }", 5));
     let short = place(&rubber_block(TIGHT, "end: 0.15", 1000));
     let sent = |folder: &Folder, rows: usize, signal: &str, count: usize, apart: u64| {
