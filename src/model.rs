@@ -441,6 +441,11 @@ impl<const D: usize> Model<D> {
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat) && !rotates
     }
 
+    /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic or a free rigid body.
+    pub fn may_conserve(&self) -> bool {
+        self.free_bodies().next().is_none() && self.bodies.iter().all(|body| body.series.is_none())
+    }
+
     /// The free rigid bodies with their names, in the order of their indices.
     pub fn free_bodies(&self) -> impl Iterator<Item = (&str, &Rc<FreeBodyModel<D>>)> {
         self.rigid.iter().filter_map(|body| Some((body.name.as_str(), body.free()?)))

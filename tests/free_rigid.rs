@@ -203,6 +203,26 @@ fn force_and_motion_are_two_sides_of_one_equilibrium() {
     assert!((work / forced.last("work") - 1.0).abs() < 0.01 && work > 1e3, "{work}");
 }
 
+/// A failed step names the tool if the loads lift it off its contact, and does not if they press it.
+#[test]
+fn a_tool_that_is_lifted_is_named() {
+    let start = |force: &str| {
+        press(&format!("free: {{ fixed: [ux, rz], force: {{ y: {force} }} }}"), "direct")
+            .replace("center: [0, 0.4]", "center: [0, 0.398]")
+            .replace("target: tool\n", "target: tool\n    initial_overclosure: accept\n")
+            .replace("newton: {", "newton: { max_iterations: 2,")
+    };
+    for (force, lifted) in [("1.0e+5", true), ("-1.0e+6", false)] {
+        let folder = Folder::new("lifted");
+        folder.write("case.yml", &start(force));
+        for ranks in [0, 3] {
+            let output = run(ranks, &["case.yml", "-q"], &folder);
+            assert_eq!(output.code, Some(5), "{force}: {}", output.text());
+            assert_eq!(output.stderr.contains("'tool' along"), lifted, "{force}: {}", output.stderr);
+        }
+    }
+}
+
 /// Pressing by a force gives the same results with each solver and on 1 to 4 ranks.
 #[test]
 fn solvers_and_ranks_agree_on_a_free_body() {

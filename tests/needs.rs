@@ -52,7 +52,9 @@ fn ladder() -> Vec<Rung> {
     // Static: forces, work, u and v at start and trial, forces at the start, base of v. Inertia adds the mass matrix, a at
     // start and trial, its base, and its product with the mass.
     // Damping adds its matrix and its forces.
-    let (still, moving, damped) = ([1, 8], [2, 12], [3, 13]);
+    let still = [1, 8];
+    let moving = [2, 12];
+    let damped = [3, 13];
     let inertia: &[&str] = &["M (mass)", "mass matrix", "accelerations"];
     vec![
         Rung {

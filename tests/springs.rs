@@ -42,7 +42,10 @@ output: { probes: { corner: { at: [0.4, 0.2] } } }
 /// every element; the energy of the springs is half the work of the load on them.
 #[test]
 fn a_block_settles_on_its_foundation_on_1_to_3_ranks() {
-    let (p, k, young, nu) = (1.0e4, 2.0e6, 1.0e6, 0.3);
+    let p = 1.0e4;
+    let k = 2.0e6;
+    let young = 1.0e6;
+    let nu = 0.3;
     let across = nu * (1.0 + nu) * p / young;
     let sinks = p / k + 0.2 * p * (1.0 - nu * nu) / young;
     for (kind, soil, ranks) in [
@@ -69,7 +72,10 @@ fn a_block_settles_on_its_foundation_on_1_to_3_ranks() {
 /// The same in space, where the sides of hexahedra and tetrahedra have three to nine nodes.
 #[test]
 fn a_block_settles_in_space_on_1_to_3_ranks() {
-    let (p, k, young, nu) = (1.0e4, 2.0e6, 1.0e6, 0.3);
+    let p = 1.0e4;
+    let k = 2.0e6;
+    let young = 1.0e6;
+    let nu = 0.3;
     for (kind, ranks) in [("hex8", 3), ("hex20", 1), ("tet4", 2), ("tet10", 1), ("hex27", 2)] {
         let text = SETTLED
             .replace("dimension: 2", "dimension: 3")
@@ -340,7 +346,10 @@ output: {{ probes: {{ tip: {{ at: {probe} }} }} }}
 /// bending. An eccentric force bends and stretches it. The support carries the opposite moment.
 #[test]
 fn torques_and_eccentric_forces_bend_a_beam_exactly() {
-    let (young, nu, y, z) = (1.0e6, 0.3, 0.1, 0.15);
+    let young = 1.0e6;
+    let nu = 0.3;
+    let y = 0.1;
+    let z = 0.15;
     let tip = |results: &Results, columns: &[&str]| -> Vec<f64> {
         let probes = results.table("probes.csv");
         columns.iter().map(|column| probes.last(column)).collect()

@@ -286,7 +286,9 @@ output: { fields: { every: 100000 }, probes: { tip: { at: [1, 0] } } }
 /// Displacement of the oscillator at these times, by many small steps of the classical Runge-Kutta method.
 fn oscillation(times: &[f64]) -> Vec<f64> {
     // M = rho / 3, stiffness K + 4/3 G of which the branch has 0.6 * 4/3 G, G = E/2, K = E/3.
-    let (mass, whole, branch) = (3.0, 3.0e4, 0.6 * 4.0 / 3.0 * 1.5e4);
+    let mass = 3.0;
+    let whole = 3.0e4;
+    let branch = 0.6 * 4.0 / 3.0 * 1.5e4;
     let rates = |[u, v, h]: [f64; 3]| [v, -((whole - branch) * u + h) / mass, branch * v - h / 0.01];
     let (mut t, mut state) = (0.0, [0.0, 1.0e-3, 0.0]);
     let mut out = Vec::new();

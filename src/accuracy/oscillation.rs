@@ -26,11 +26,14 @@ pub fn calm<const D: usize>(system: &ContactSystem<D>) -> Vec<bool> {
 /// those of its bodies that are free to move \[1/kg\]. Collective.
 pub fn recoils<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
     let masses = system.bodies().masses();
-    let all: f64 = masses.iter().sum();
+    let rigid = system.bodies().rigid_masses();
+    let all: f64 = masses.iter().chain(&rigid).sum();
     let flies = |body: &usize| masses[*body] > 0.0 && system.bodies().holding().leaves_free(*body);
     let recoil = |contact: &LocalContact<D>| {
         let flying = contact.bodies.iter().filter(|body| flies(body));
-        flying.map(|&body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()
+        let target = contact.target().free_body().map(|body| rigid[body]).filter(|mass| *mass > 0.0);
+        let moving = flying.map(|&body| masses[body]).chain(target);
+        moving.map(|mass| 1.0 / (mass * all)).sum::<f64>().sqrt()
     };
     system.contacts().iter().map(recoil).collect()
 }

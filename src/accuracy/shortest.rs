@@ -26,6 +26,8 @@ pub struct MinimumStepWatch {
     pub rattles: bool,
     /// Whether there is friction.
     pub rubs: bool,
+    /// Whether the scheme `conserving` accepts the bodies.
+    pub may_conserve: bool,
 }
 
 impl Shortest {
@@ -80,16 +82,22 @@ impl MinimumStepWatch {
     /// The cause and the hint.
     fn cause_and_hint(&self, units: Units) -> [String; 2] {
         let m = units.of("m");
-        let Self { size, stiffer, rattles, rubs } = *self;
+        let Self { size, stiffer, rattles, rubs, may_conserve } = *self;
         let on = format!(
             "on a penalty that accuracy.penetration made {stiffer} times stiffer than that of the case"
         );
         match (rattles, stiffer > 1.0, rubs) {
             (true, ..) => [
                 format!(": contact chatters {on}"),
-                "make the nodes of contact surfaces massless with `mass: redistributed` of their bodies, \
-                 use `scheme: conserving`, which conserves energy with any step, or relax the tolerance"
-                    .to_owned(),
+                format!(
+                    "make the nodes of contact surfaces massless with `mass: redistributed` of their bodies, \
+                     {}or relax the tolerance",
+                    if may_conserve {
+                        "use `scheme: conserving`, which conserves energy with any step, "
+                    } else {
+                        ""
+                    }
+                ),
             ],
             (false, true, _) => {
                 [format!(" {on}"), "relax the tolerance, or request a larger penetration".to_owned()]
@@ -106,9 +114,14 @@ impl MinimumStepWatch {
             ],
             (false, false, false) => [
                 format!(", relative to {size:.1e} {m}, the largest displacement so far"),
-                "relax the tolerance, or write `time: none` for equal steps; for an impact `scheme: \
-                 conserving` conserves energy with any step"
-                    .to_owned(),
+                format!(
+                    "relax the tolerance, or write `time: none` for equal steps{}",
+                    if may_conserve {
+                        "; for an impact `scheme: conserving` conserves energy with any step"
+                    } else {
+                        ""
+                    }
+                ),
             ],
         }
     }
@@ -121,7 +134,8 @@ mod tests {
     /// The warning is returned once, with the hint that fits.
     #[test]
     fn is_told_once() {
-        let plight = MinimumStepWatch { size: 1e-3, stiffer: 1.0, rattles: false, rubs: true };
+        let plight =
+            MinimumStepWatch { size: 1e-3, stiffer: 1.0, rattles: false, rubs: true, may_conserve: true };
         let mut shortest = Shortest::default();
         let mut told = Vec::new();
         for _ in 0..300 {
@@ -134,6 +148,12 @@ mod tests {
         assert!(rattling.cause_and_hint(Units::SI)[1].contains("mass: redistributed"));
         let smooth = MinimumStepWatch { rubs: false, ..plight };
         assert!(smooth.cause_and_hint(Units::SI)[1].contains("conserving"));
+        for refused in [
+            MinimumStepWatch { may_conserve: false, ..smooth },
+            MinimumStepWatch { may_conserve: false, ..rattling },
+        ] {
+            assert!(!refused.cause_and_hint(Units::SI)[1].contains("conserving"));
+        }
     }
 
     /// Short steps with acceptable errors may continue indefinitely. Short steps with too large

@@ -25,6 +25,11 @@ pub fn weight<const D: usize>(system: &mut ContactSystem<D>) -> Result<f64> {
     }
     let mut ones = system.pattern_vector().like()?;
     ones.set(1.0);
+    {
+        // A free rigid body has its mass at two nodes.
+        let mut ones = ones.owned_mut();
+        system.bodies().rotation_nodes().for_each(|node| ones[node * D..][..D].fill(0.0));
+    }
     Ok(system.bodies().weighted_square(&ones)? / D as f64)
 }
 

@@ -259,6 +259,7 @@ impl ErrorController {
                 stiffer: self.memory.stiffenings.iter().copied().fold(1.0, f64::max),
                 rattles: oscillation::rattles(system),
                 rubs: system.has_friction(),
+                may_conserve: system.bodies().may_conserve(),
             };
             self.remark = self.memory.shortest.remark(&plight, system.bodies().units());
             self.memory.shortest.hopeless(&plight, stage, system.bodies().units()).map_or(Ok(()), Err)?;

@@ -22,13 +22,16 @@ pub fn loads_along<const D: usize>(system: &ContactSystem<D>, motions: &[RigidMo
 }
 
 /// Whether a point that was closed at the start of the step resists a motion. Its gap closes,
-/// or it has friction and does not open. Collective.
-pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vector) -> bool {
+/// or it has friction and does not open. `u` are the displacements at the start of the step \[m\].
+/// Collective.
+pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vector, u: &Vector) -> bool {
     /// Motion, relative to the largest motion of a node, below which a gap neither closes nor
     /// opens. It is well above rounding.
     const STILL: f64 = 1e-6;
     let field = motion.owned();
+    let u = u.owned();
     let targets = mean_target_motions(system, &field);
+    let rigid = system.rigid_motion_in(&field);
     let own = field.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     let mut largest = 0.0_f64;
     let world = system.session().world();
@@ -37,9 +40,18 @@ pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vecto
     let resists = |(contact, target): (&LocalContact<D>, &Point<D>)| {
         let rubs = contact.law().friction.is_some();
         let least = if rubs { STILL } else { -STILL } * largest;
-        let points = contact.state.history.iter().zip(&contact.state.current).zip(contact.vertices());
-        points.filter(|((history, _), _)| history.gap <= touching).any(|((_, point), &node)| {
-            let moved = Point::<D>::from_column_slice(&field[node as usize * D..][..D]);
+        let points = contact.state.history.iter().zip(&contact.state.current).enumerate();
+        let free = contact.target().free_body().zip(contact.target().frame());
+        points.filter(|(_, (history, _))| history.gap <= touching).any(|(vertex, (_, point))| {
+            let first = contact.vertices()[vertex] as usize * D;
+            let of = |field: &[f64]| Point::<D>::from_column_slice(&field[first..][..D]);
+            let moved = of(&field);
+            let target = match free {
+                Some((body, frame)) => {
+                    rigid[body].at(&frame.arm_at_start(&(contact.reference_point(vertex) + of(&u))))
+                }
+                None => *target,
+            };
             // Points whose bodies do not move are irrelevant.
             (moved - target).dot(&point.normal) < least && (moved - target).amax() > STILL * largest
         })
@@ -50,7 +62,7 @@ pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vecto
     any > 0
 }
 
-/// Mean motion of the nodes of each target surface; zero if the target is an obstacle.
+/// Mean motion of the nodes of each target surface; zero if the target is rigid.
 /// Collective.
 fn mean_target_motions<const D: usize>(system: &ContactSystem<D>, field: &[f64]) -> Vec<Point<D>> {
     let mut own = vec![0.0_f64; system.contacts().len() * (D + 1)];

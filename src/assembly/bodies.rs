@@ -469,6 +469,22 @@ impl<const D: usize> Bodies<D> {
         self.free.turn(&session, stage, Turn::Forwards);
     }
 
+    /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic or a free rigid body.
+    pub fn may_conserve(&self) -> bool {
+        self.free.is_empty() && self.viscous.is_empty()
+    }
+
+    /// Masses of the free rigid bodies \[kg\], in the order of their indices; 0 if it is completely
+    /// prescribed or has no mass.
+    pub fn rigid_masses(&self) -> Vec<f64> {
+        self.free.mass_of_each()
+    }
+
+    /// Rotation nodes of the free rigid bodies on this rank.
+    pub fn rotation_nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.free.rotation_nodes()
+    }
+
     /// Number of nodes of free rigid bodies, which are not nodes of the mesh.
     pub fn rigid_nodes(&self) -> u64 {
         2 * self.free.all().len() as u64

@@ -37,7 +37,7 @@ impl Patch {
         self.counted.len()
     }
 
-    /// The matrix of a piece; `None` if there are none.
+    /// The matrix of a piece; `None` if the support has no such coefficients.
     fn matrix<'a>(&self, all: &'a [f64], piece: usize) -> Option<&'a [f64]> {
         let size = all.len() / self.len().max(1);
         (size > 0).then(|| &all[piece * size..(piece + 1) * size])

@@ -50,6 +50,24 @@ pub enum Turn {
     Backwards,
 }
 
+/// A small motion of a rigid body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidVelocity<const D: usize> {
+    /// Displacement of the centre of mass.
+    pub shift: Vector<D>,
+    /// Rotation about the centre of mass, as a vector in space.
+    pub turn: [f64; 3],
+}
+
+impl<const D: usize> RigidVelocity<D> {
+    /// Displacement at this arm from the centre of mass.
+    pub fn at(&self, arm: &Vector<D>) -> Vector<D> {
+        let whole = |v: &Vector<D>| Vector3::from_fn(|i, _| v.iter().nth(i).copied().unwrap_or(0.0));
+        let turned = Vector3::from(self.turn).cross(&whole(arm));
+        Vector::from_fn(|i, _| self.shift[i] + turned[i])
+    }
+}
+
 /// Values of the unknowns of a free body at the start of the step and at the iterate.
 #[derive(Debug, Clone, Copy)]
 struct PoseFields<const D: usize> {
@@ -215,6 +233,37 @@ impl<const D: usize> FreeBodies<D> {
             nodes.map(|node| (node, mass))
         };
         self.own().flat_map(of).collect()
+    }
+
+    /// Mass of each body \[kg\]; 0 without mass.
+    pub fn mass_of_each(&self) -> Vec<f64> {
+        self.bodies.iter().map(|body| massive(body).map_or(0.0, |mass| mass.mass)).collect()
+    }
+
+    /// Rotation nodes of this rank.
+    pub fn rotation_nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.own().map(|(_, [_, rotation])| rotation as usize)
+    }
+
+    /// Motion of the bodies at the start of the step in `field`: displacement of the centre of mass,
+    /// and small rotation in space. Collective.
+    pub fn motion_in(&self, session: &Session, field: &[f64]) -> Vec<RigidVelocity<D>> {
+        let mut numbers = vec![0.0; self.bodies.len() * 2 * D];
+        for (body, numbers) in self.bodies.iter().zip(numbers.chunks_exact_mut(2 * D)) {
+            let Some(nodes) = body.nodes else { continue };
+            for (node, into) in nodes.iter().zip(numbers.chunks_exact_mut(D)) {
+                into.copy_from_slice(&field[*node as usize * D..][..D]);
+            }
+        }
+        if !numbers.is_empty() {
+            session.world().process_at_rank(0).broadcast_into(&mut numbers[..]);
+        }
+        let of = |(body, numbers): (&FreeBody<D>, &[f64])| {
+            let seen = Vector3::from(body.rigid.step_vector(&Vector::from_column_slice(&numbers[D..])));
+            let turn = if D == 2 { seen } else { body.orientation * seen };
+            RigidVelocity { shift: Vector::from_column_slice(&numbers[..D]), turn: turn.into() }
+        };
+        self.bodies.iter().zip(numbers.chunks_exact(2 * D)).map(of).collect()
     }
 
     /// Writes the prescribed motion.

@@ -48,7 +48,7 @@ pub use bodies::Bodies;
 pub use build::sides_of;
 pub use contact::{LocalContact, facets_of};
 pub use elastic::ElasticSupports;
-pub use free_bodies::Turn;
+pub use free_bodies::{RigidVelocity, Turn};
 pub use holding::Holding;
 pub use initial_velocity::set_velocity;
 pub use memory::{NamedFields, StoredSources, StoredState, SystemState, state_tables};

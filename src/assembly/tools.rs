@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::free_bodies::{FreeState, Turn};
+use super::free_bodies::{FreeState, RigidVelocity, Turn};
 use super::system::ContactSystem;
 use crate::contact::rigid::{MotionInstant, MotionStep};
 use crate::dynamics::{OverStep, RigidInstant, Stage};
@@ -79,6 +79,11 @@ impl<const D: usize> ContactSystem<D> {
             tool.prescribed().is_some_and(|motion| motion.functions().any(|function| !function.is_zero()))
         };
         self.tools.iter().any(moves)
+    }
+
+    /// Motions of the free rigid bodies in a field of the owned unknowns. Collective.
+    pub fn rigid_motion_in(&self, field: &[f64]) -> Vec<RigidVelocity<D>> {
+        self.bodies.free.motion_in(&self.bodies.session, field)
     }
 
     /// Turns the stored rotations of free rigid bodies by the rotation of the step in `stage`.

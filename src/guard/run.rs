@@ -39,6 +39,8 @@ pub struct RunGuard {
     speeds: Vec<f64>,
     /// Energy that the steps left unexplained.
     unexplained: Unexplained,
+    /// Whether the scheme `conserving` accepts the bodies.
+    may_conserve: bool,
     /// How far surfaces in contact move in a step.
     pub motion: MotionWatch,
 }
@@ -58,8 +60,9 @@ impl RunGuard {
         let speeds = if watches { model.contacts.iter().map(speed).collect() } else { Vec::new() };
         let limit = case.guard.energy.map(|energy| energy.value);
         let motion = MotionWatch::new(case.guard.motion.map(|motion| motion.value));
-        Self { limit, scale: 0.0, calm: *start, speeds, unexplained: Unexplained::default(), motion }
-            .with(start)
+        let unexplained = Unexplained::default();
+        let may_conserve = model.may_conserve();
+        Self { limit, scale: 0.0, calm: *start, speeds, unexplained, may_conserve, motion }.with(start)
     }
 
     fn with(mut self, energies: &Energies) -> Self {
@@ -86,9 +89,12 @@ impl RunGuard {
         };
         let (closing, _) = closings.iter().zip(&self.speeds).find(|pair| sudden(*pair))?;
         let spared = !system.bodies().redistributed()[0].is_empty();
-        let cure = match spared {
-            true => "use `scheme: conserving`, or",
-            false => "use `scheme: conserving`, with `mass: redistributed` for the bodies in contact, and",
+        let cure = match (self.may_conserve, spared) {
+            (false, _) => "use a shorter step, and",
+            (true, true) => "use `scheme: conserving`, or",
+            (true, false) => {
+                "use `scheme: conserving`, with `mass: redistributed` for the bodies in contact, and"
+            }
         };
         let text = format!(
             "warning: impact at t = {:.4e} {}: contact '{}' closed at {:.2e} {}; this scheme may gain or \
@@ -128,7 +134,7 @@ impl RunGuard {
 
     /// Warnings at the end of a run by `scheme`, with or without contact.
     pub fn warnings(&self, scheme: Scheme, contact: bool, units: Units) -> Vec<String> {
-        let unexplained = self.unexplained.warning(scheme, contact, self.scale, units);
+        let unexplained = self.unexplained.warning(scheme, contact, self.may_conserve, self.scale, units);
         unexplained.into_iter().chain(self.motion.warning(units)).collect()
     }
 
@@ -164,10 +170,10 @@ impl RunGuard {
             100.0 * limit,
             change.abs()
         );
-        Err(Error::guard(message).hint(
-            "results up to this time are kept; use a smaller step, `scheme: conserving`, or a larger guard: \
-             { energy: ... }",
-        ))
+        let scheme = if self.may_conserve { "`scheme: conserving`, " } else { "" };
+        Err(Error::guard(message).hint(&format!(
+            "results up to this time are kept; use a smaller step, {scheme}or a larger guard: {{ energy: ... }}"
+        )))
     }
 }
 
@@ -199,7 +205,16 @@ mod tests {
         let unexplained = Unexplained::default();
         let motion = MotionWatch::new(None);
         let calm = energies(100.0, 0.0, 0.0);
-        RunGuard { limit: Some(limit), scale: 0.0, calm, speeds: Vec::new(), unexplained, motion }.with(&calm)
+        RunGuard {
+            limit: Some(limit),
+            scale: 0.0,
+            calm,
+            speeds: Vec::new(),
+            unexplained,
+            may_conserve: true,
+            motion,
+        }
+        .with(&calm)
     }
 
     /// Energy that is gained or lost without a cause ends the run and names the term responsible.

@@ -88,8 +88,16 @@ impl Unexplained {
     }
 
     /// The warning at the end of a run by `scheme`, with or without contact, whose largest energy
-    /// was `scale` \[J\]. Returns `None` if no warning is needed.
-    pub fn warning(&self, scheme: Scheme, contact: bool, scale: f64, units: Units) -> Option<String> {
+    /// was `scale` \[J\]. `may_conserve` is whether the scheme `conserving` accepts the bodies. Returns
+    /// `None` if no warning is needed.
+    pub fn warning(
+        &self,
+        scheme: Scheme,
+        contact: bool,
+        may_conserve: bool,
+        scale: f64,
+        units: Units,
+    ) -> Option<String> {
         let worthy = scale > 0.0 && self.excess / scale >= WORTH_A_WORD;
         if !worthy || self.largest.abs() <= ROUNDINGS * self.rounding {
             return None;
@@ -114,7 +122,7 @@ impl Unexplained {
             self.at,
             self.largest.abs(),
             100.0 * self.largest.abs() / scale,
-            cure(scheme, contact)
+            cure(scheme, contact, may_conserve)
         ))
     }
 }
@@ -122,9 +130,13 @@ impl Unexplained {
 /// Hint for a scheme that damps fast motion.
 const DAMPS: &str = "this scheme damps motions that are fast compared with the step: use a shorter step, \
                      accuracy: { time: ... } or `scheme: conserving`";
+/// Hint for a scheme that damps fast motion, for bodies that the scheme `conserving` refuses.
+const DAMPS_ONLY: &str = "this scheme damps motions that are fast compared with the step: use a shorter step or \
+                          accuracy: { time: ... }";
 
 /// The hint on what to change.
-fn cure(scheme: Scheme, contact: bool) -> &'static str {
+fn cure(scheme: Scheme, contact: bool, may_conserve: bool) -> &'static str {
+    let damps = if may_conserve { DAMPS } else { DAMPS_ONLY };
     match scheme {
         Scheme::Static if !contact => {
             "the bodies jumped from one equilibrium to another, or the equilibrium path is strongly curved: \
@@ -139,8 +151,11 @@ fn cure(scheme: Scheme, contact: bool) -> &'static str {
             "the steps are too long to resolve the motion: use a shorter step, or a smaller \
              solver.newton.tolerance"
         }
-        Scheme::BackwardEuler => DAMPS,
-        Scheme::Newmark { gamma, alpha_m, alpha_f, .. } if gamma > 0.5 || alpha_m != alpha_f => DAMPS,
+        Scheme::BackwardEuler => damps,
+        Scheme::Newmark { gamma, alpha_m, alpha_f, .. } if gamma > 0.5 || alpha_m != alpha_f => damps,
+        Scheme::Newmark { .. } | Scheme::Midpoint if !may_conserve => {
+            "the steps are too long to resolve the motion: use a shorter step or accuracy: { time: ... }"
+        }
         Scheme::Newmark { .. } | Scheme::Midpoint => {
             "the steps are too long to resolve the motion: use a shorter step, accuracy: { time: ... } or \
              `scheme: conserving`"
@@ -167,7 +182,7 @@ mod tests {
     fn the_steps_that_left_most_are_named() {
         let scheme = Scheme::newmark(0.25, 0.5);
         let text = run(&[0.0, -1.0, -31.0, -31.5, -81.5, 2.0])
-            .warning(scheme, true, 100.0, Units::default())
+            .warning(scheme, true, true, 100.0, Units::default())
             .expect("a warning");
         assert!(
             text.contains("t = 5.0000e-1 s, unexplained energy of 8.150e1 J was gained, 81.5 %"),
@@ -188,7 +203,7 @@ mod tests {
                 let energies = Energies { numerical, ..Energies::default() };
                 unexplained.record(step, 1.0, 0.5, &energies, KnownError { rounding: 0.0, work });
             }
-            unexplained.warning(Scheme::Static, true, 100.0, Units::default())
+            unexplained.warning(Scheme::Static, true, true, 100.0, Units::default())
         };
         assert_eq!(run(4.0), None);
         let text = run(9.0).expect("a warning");
@@ -199,20 +214,21 @@ mod tests {
     #[test]
     fn little_is_not_mentioned() {
         let warning =
-            |numerical: f64, scheme| run(&[numerical]).warning(scheme, true, 100.0, Units::default());
+            |numerical: f64, scheme| run(&[numerical]).warning(scheme, true, true, 100.0, Units::default());
         assert_eq!(warning(1.9, Scheme::Conserving), None);
         assert!(warning(2.1, Scheme::Conserving).is_some_and(|text| text.contains("a shorter step")));
-        assert_eq!(run(&[0.0]).warning(Scheme::Static, true, 0.0, Units::default()), None);
+        assert_eq!(run(&[0.0]).warning(Scheme::Static, true, true, 0.0, Units::default()), None);
         assert_eq!(warning(1.9, Scheme::Static), None);
         assert!(warning(2.1, Scheme::Static).is_some_and(|text| text.contains("more load steps")));
-        let alone = run(&[2.1]).warning(Scheme::Static, false, 100.0, Units::default());
+        let alone = run(&[2.1]).warning(Scheme::Static, false, true, 100.0, Units::default());
         assert!(alone.is_some_and(|text| !text.contains("contact")));
         let mut rounded = Unexplained::default();
         let energies = Energies { numerical: 50.0, ..Energies::default() };
         rounded.record(1, 1.0, 1.0, &energies, KnownError { rounding: 4.0, work: 0.0 });
-        assert_eq!(rounded.warning(Scheme::Conserving, true, 100.0, Units::default()), None);
+        assert_eq!(rounded.warning(Scheme::Conserving, true, true, 100.0, Units::default()), None);
         let many: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
-        let text = run(&many).warning(Scheme::Conserving, true, 100.0, Units::default()).expect("a warning");
+        let text =
+            run(&many).warning(Scheme::Conserving, true, true, 100.0, Units::default()).expect("a warning");
         assert!(text.contains("gradually"), "{text}");
     }
 }

@@ -95,8 +95,8 @@ impl Session {
     }
 
     /// A session of the ranks that are members, in their present order, for objects in which the
-    /// others take no part. It is this session if all ranks are members, and `None` on a rank that
-    /// is none. Collective.
+    /// others take no part. It is this session if all ranks are members, and `None` on ranks
+    /// that are not members. Collective.
     pub fn of_members(self: &Rc<Self>, member: bool) -> Option<Rc<Self>> {
         let color = if member { Color::with_value(0) } else { Color::undefined() };
         let world = self.world.split_by_color(color)?;

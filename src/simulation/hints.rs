@@ -81,7 +81,7 @@ pub(super) fn lifted<const D: usize>(
         let way = &loads / size;
         residual.set(0.0);
         rigid.iter().zip(way.iter()).try_for_each(|(motion, part)| residual.axpy(*part, &motion.field))?;
-        if !contact_resists(system, &residual) {
+        if !contact_resists(system, &residual, &stage.trial.u) {
             let Driven { words, force, unit } = describe(&rigid, &way, &loads, system.units());
             return Ok(Some(format!(
                 "contact can only push: once it opens, nothing resists {words}, which the loads drive with \

@@ -216,6 +216,11 @@ impl<const D: usize> BodyFrame<D> {
         (self.end.rotation - self.start.rotation) * arm + (self.end.translation - self.start.translation)
     }
 
+    /// Vector in space from the reference point to a position, at the start of the step \[m\].
+    pub fn arm_at_start(&self, x: &Vector<D>) -> Vector<D> {
+        x - self.centre - self.start.translation
+    }
+
     /// Velocity of the body at a position in space, at the start of the step \[m/s\].
     pub fn velocity_at_start(&self, x: &Vector<D>) -> Vector<D> {
         let Placement { translation, rotation, velocity, spin } = &self.start;
