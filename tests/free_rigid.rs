@@ -307,6 +307,12 @@ fn an_impact_keeps_the_momentum() {
 fn a_ball_does_not_depend_on_the_number_of_ranks() {
     let text = thrown("{ generalized_alpha: { spectral_radius: 0.8 } }");
     let one = Results::of(&text, 1).table("rigid.csv");
+    let staggered = text.replace("solver: {", "solver: { strategy: staggered,");
+    let apart_by_stages = |column: &str| {
+        let other = Results::of(&staggered, 2).table("rigid.csv");
+        apart(&one.numbers(column), &other.numbers(column))
+    };
+    assert!(apart_by_stages("position_z") < 1e-6 && apart_by_stages("spin_x") < 1e-6);
     for ranks in [2, 3, 4, 8] {
         let other = Results::of(&text, ranks).table("rigid.csv");
         for column in ["position_z", "rotation_y", "spin_x", "force_z", "torque_y"] {

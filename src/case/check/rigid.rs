@@ -1,6 +1,6 @@
 //! Checks of `rigid`.
 
-use super::super::{Degree, FreeMotion, Rigid, Rotation};
+use super::super::{Degree, FreeMotion, Rigid, Rotation, Strategy};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::function::Varying;
@@ -67,6 +67,16 @@ impl Check<'_> {
             {
                 self.found.say(gravity.place, format!("gravity acts on '{name}', which has no mass"));
                 self.found.cure("add `mass`, or give a `force`");
+            }
+            let strategy = &self.case.solver.strategy;
+            if matches!(strategy.value, Strategy::Staggered { .. }) {
+                self.found.say(
+                    strategy.place,
+                    format!(
+                        "in statics no stage of the staggered strategy holds the free rigid body '{name}'"
+                    ),
+                );
+                self.found.cure("use `strategy: monolithic`");
             }
         }
         if self.case.time.scheme.value.conserves() {

@@ -168,6 +168,10 @@ fn what_is_wrong_with_a_free_body_is_reported() {
         (flat("{ torque: { z: 1 N } }"), &["case.yml:7:", "N"]),
         (flat("{ gravity: [0, 0, 1] }"), &["case.yml:7:", "2 entries"]),
         (flat("{ initial_spin: [0, 0, 1] }"), &["case.yml:7:", "1 entr"]),
+        (
+            format!("{}solver: {{ strategy: staggered }}\n", flat("{ force: { y: 1 } }")),
+            &["case.yml:10:", "no stage of the staggered strategy holds", "`strategy: monolithic`"],
+        ),
         (flat("{ initial_velocity: [0, 1] }"), &["case.yml:7:", "not allowed with the static scheme"]),
         (
             flat("{ gravity: [0, 1] }"),
