@@ -8,6 +8,7 @@ mod meshes;
 mod overlap;
 mod places;
 mod sets;
+mod ties;
 
 use std::rc::Rc;
 
@@ -24,6 +25,7 @@ use crate::mesh::Mesh;
 use crate::tensor::{Tensor, Vector};
 
 pub use meshes::{read_mesh, read_meshes};
+pub use ties::TieModel;
 
 /// A case in `D` dimensions, ready to be discretised.
 #[derive(Debug, Clone)]
@@ -36,6 +38,8 @@ pub struct Model<const D: usize> {
     pub rigid: Vec<RigidModel<D>>,
     /// The contacts.
     pub contacts: Vec<ContactModel<D>>,
+    /// The tied surfaces.
+    pub ties: Vec<TieModel>,
     /// The displacement boundaries.
     pub supports: Vec<Support<D>>,
     /// The foundations, and the springs and dashpots at nodes.

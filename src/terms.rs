@@ -32,15 +32,17 @@ bitflags! {
         const DAMPING = 1 << 11;
         /// `K_s`, stiffness of foundations and springs. Symmetric.
         const SPRINGS = 1 << 12;
+        /// Stiffness of ties between surfaces. Symmetric.
+        const TIES = 1 << 13;
         /// What stage I of the two-stage scheme keeps (3.6): symmetric.
-        const NORMAL_STAGE = Self::MASS.bits() | Self::DAMPING.bits() | Self::SPRINGS.bits() | Self::MATERIAL.bits() | Self::GEOMETRIC.bits()
+        const NORMAL_STAGE = Self::MASS.bits() | Self::DAMPING.bits() | Self::SPRINGS.bits() | Self::TIES.bits() | Self::MATERIAL.bits() | Self::GEOMETRIC.bits()
             | Self::NORMAL_CONTACT.bits() | Self::NORMAL_GEOMETRY.bits() | Self::FRICTION_DAMPING.bits();
         /// What stage II keeps (3.7): symmetric, without the normal contact stiffness.
         const FRICTION_STAGE = Self::NORMAL_STAGE.bits() & !Self::NORMAL_CONTACT.bits();
-        /// What multigrid takes for the bodies: without their contacts, and without `K_S`, which makes the matrix indefinite where
+        /// What multigrid takes for the bodies: without their contacts and ties, and without `K_S`, which makes the matrix indefinite where
         /// an iterate far from balance has large stresses. Symmetric.
         const BODIES = Self::MASS.bits() | Self::DAMPING.bits() | Self::SPRINGS.bits() | Self::MATERIAL.bits();
         /// Everything: the consistent tangent of (3.5).
-        const ALL = (1 << 13) - 1;
+        const ALL = (1 << 14) - 1;
     }
 }

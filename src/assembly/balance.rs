@@ -65,6 +65,7 @@ impl<const D: usize> ContactSystem<D> {
         let request = ContactRequest { stiffness: None, hold, branches, over_step };
         let solids = &self.bodies.solids;
         let elastic = &mut self.bodies.elastic;
+        let ties = &mut self.bodies.ties;
         let damped = self.continuation.damped;
         let loads = &mut self.external;
         let phases = &self.phases;
@@ -86,8 +87,10 @@ impl<const D: usize> ContactSystem<D> {
                 }
             }
             elastic.evaluate(&u, damped.then_some(&v[..]));
+            ties.evaluate(&u);
             springs.fill(0.0);
             elastic.add_springs(springs);
+            ties.add_forces(springs);
             external.fill(0.0);
             loads.add_force(&Self::moment(stage, factor, &u), solids, external);
             if let Err(error) = free.add_forces(stage, factor, internal, external) {

@@ -18,6 +18,7 @@ use super::pieces::Pieces;
 use super::redistribution::Redistribution;
 use super::solid::{SolidElements, solids};
 use super::supports::Supports;
+use super::ties::Ties;
 use crate::case::Units;
 use crate::dynamics::Stage;
 use crate::element::{ElementStress, Inverted, Kinematics, ViscousEnergies, ViscousHistory};
@@ -113,6 +114,8 @@ pub struct Bodies<const D: usize> {
     pub(super) supports: Supports<D>,
     /// Foundations, springs and dashpots.
     pub(super) elastic: ElasticSupports<D>,
+    /// Ties of surfaces.
+    pub(super) ties: Ties<D>,
     pub(super) mass: Option<MassMatrix>,
     /// Damping matrix; `None` without inertia or without damping.
     pub(super) damping: Option<DampingMatrix>,
@@ -153,6 +156,7 @@ impl<const D: usize> Bodies<D> {
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
         let elastic = ElasticSupports::new(&model.elastic_supports, &local, &pattern, constrained, inertia);
         let elastic = agree(world, elastic)?;
+        let ties = Ties::new(&local, &model.ties, &pattern, constrained);
         let redistribution =
             if inertia { Redistribution::new(session, &local, model, &solids)? } else { None };
         let pieces = Pieces::new(world, &local, model);
@@ -165,6 +169,7 @@ impl<const D: usize> Bodies<D> {
             solids,
             supports,
             elastic,
+            ties,
             mass: None,
             damping: None,
             free: free_rigid,
@@ -231,6 +236,16 @@ impl<const D: usize> Bodies<D> {
     /// The foundations, springs and dashpots.
     pub fn elastic_supports(&self) -> &ElasticSupports<D> {
         &self.elastic
+    }
+
+    /// Whether surfaces are tied, on any rank.
+    pub fn has_ties(&self) -> bool {
+        self.ties.has_pairs()
+    }
+
+    /// The ties of surfaces.
+    pub fn ties(&self) -> &Ties<D> {
+        &self.ties
     }
 
     /// Whether each local unknown is prescribed.

@@ -232,7 +232,10 @@ impl<const D: usize> MultigridHints for ContactSystem<D> {
 
     fn contact_nodes(&mut self) -> Vec<bool> {
         let world = self.bodies.session.world();
-        stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), self.bodies.local.index.owned)
+        let owned = self.bodies.local.index.owned;
+        let mut nodes = stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), owned);
+        self.bodies.ties.mark(&mut nodes);
+        nodes
     }
 
     fn floating_nodes(&self) -> Vec<bool> {

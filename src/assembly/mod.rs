@@ -40,6 +40,7 @@ mod supports;
 mod system;
 mod tangent;
 pub mod targets;
+mod ties;
 mod tools;
 mod viscous;
 
@@ -58,4 +59,5 @@ pub use start::Overclosure;
 pub use state_part::{StatePart, from_numbers, named, numbers_of};
 pub use supports::{Supports, in_space};
 pub use system::{ContactSystem, SystemOptions};
+pub use ties::Ties;
 pub use tools::ToolState;

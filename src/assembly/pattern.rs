@@ -4,10 +4,12 @@ use crate::mesh::Mesh;
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 
-/// All pairs of nodes that share an assembled element, for the rows that this rank owns.
+/// All pairs of nodes that share an assembled element or a tie, for the rows that this rank owns.
 pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern {
     let LocalMesh { mesh, index, assembled, .. } = local;
     let touching = elements_at_nodes(mesh, *assembled, index.owned);
+    let tied = ties_at_nodes(mesh, index.owned);
+    let mut of_node = tied.as_slice();
     let mut row_offsets = Vec::with_capacity(index.owned + 1);
     let mut columns = Vec::new();
     let mut row: Vec<i32> = Vec::new();
@@ -20,6 +22,11 @@ pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern
         {
             row.extend(mesh.element_nodes(element as usize).iter().map(|&other| index.global(other)));
         }
+        let ties = of_node.partition_point(|(at, _)| *at as usize <= node);
+        for &(_, tie) in &of_node[..ties] {
+            row.extend(mesh.ties[tie as usize].nodes.iter().map(|&other| index.global(other)));
+        }
+        of_node = &of_node[ties..];
         row.sort_unstable();
         row.dedup();
         columns.extend_from_slice(&row);
@@ -27,6 +34,16 @@ pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern
     }
     let places = local.input_node[..index.owned].to_vec();
     BlockPattern { block_size: D, first_row: index.first, row_offsets, columns, places }
+}
+
+/// Owned nodes with the numbers of their ties, ascending.
+fn ties_at_nodes<const D: usize>(mesh: &Mesh<D>, owned: usize) -> Vec<(u32, u32)> {
+    let owned = |node: &u32| (*node as usize) < owned;
+    let pairs =
+        (0..).zip(&mesh.ties).flat_map(|(number, tie)| tie.nodes.iter().map(move |&node| (node, number)));
+    let mut pairs: Vec<(u32, u32)> = pairs.filter(|(node, _)| owned(node)).collect();
+    pairs.sort_unstable();
+    pairs
 }
 
 /// The elements that use each owned node, in compressed form.

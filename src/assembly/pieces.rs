@@ -15,8 +15,10 @@ use crate::partition::LocalMesh;
 /// Properties of a piece, with the same values on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BodyPiece<const D: usize> {
-    /// Index of its body.
+    /// Index of its body; of tied bodies the first.
     pub body: usize,
+    /// Indices of all bodies that ties join in it.
+    pub bodies: Vec<usize>,
     /// Index of its group.
     pub group: usize,
     /// Number of its elements.
@@ -48,27 +50,31 @@ impl<const D: usize> Pieces<D> {
         let mut count = 0;
         world.all_reduce_into(&own, &mut count, SystemOperation::max());
         let count = count as usize;
-        let mut body = vec![0_u32; count];
+        let names: Vec<String> = model.bodies.iter().map(|body| body.name.clone()).collect();
+        let mut own = vec![0_u8; count * names.len()];
         let mut sums = vec![0.0_f64; count * (D + 1)];
         for element in 0..mesh.element_count() {
             let piece = mesh.piece[element] as usize;
-            body[piece] = u32::from(mesh.body[element]);
+            own[piece * names.len() + usize::from(mesh.body[element])] = 1;
             if local.mine[element] {
                 let sums = &mut sums[piece * (D + 1)..][..D + 1];
                 sums[0] += 1.0;
                 sums[1..].iter_mut().zip(mesh.element_centre(element)).for_each(|(sum, x)| *sum += x);
             }
         }
-        let mut bodies = vec![0_u32; count];
+        let mut members = vec![0_u8; own.len()];
         let mut totals = vec![0.0_f64; sums.len()];
-        world.all_reduce_into(&body[..], &mut bodies[..], SystemOperation::max());
+        world.all_reduce_into(&own[..], &mut members[..], SystemOperation::max());
         world.all_reduce_into(&sums[..], &mut totals[..], SystemOperation::sum());
         let hinges = hinges(mesh, local.index.owned);
         let (group, groups) = group(world, &hinges, count);
         let all = (0..count).map(|piece| {
             let sums = &totals[piece * (D + 1)..][..D + 1];
+            let is_in = |body: &usize| members[piece * names.len() + body] > 0;
+            let bodies: Vec<usize> = (0..names.len()).filter(is_in).collect();
             BodyPiece {
-                body: bodies[piece] as usize,
+                body: bodies.first().copied().unwrap_or_default(),
+                bodies,
                 group: group[piece],
                 elements: sums[0] as u64,
                 centre: std::array::from_fn(|i| sums[i + 1] / sums[0].max(1.0)),
@@ -76,15 +82,17 @@ impl<const D: usize> Pieces<D> {
         });
         let all: Vec<BodyPiece<D>> = all.collect();
         let touched = touched(world, mesh, model, &group, groups.len());
-        let names = model.bodies.iter().map(|body| body.name.clone()).collect();
         Self { all, groups, hinges, touched, names, unit: model.units.of("m") }
     }
 
     /// Name of a piece in messages: that of its body, if the body is in one piece.
     pub fn name(&self, piece: usize) -> String {
-        let BodyPiece { body, elements, centre, .. } = &self.all[piece];
-        let name = &self.names[*body];
-        if self.all.iter().filter(|other| other.body == *body).count() == 1 {
+        let BodyPiece { bodies, elements, centre, .. } = &self.all[piece];
+        let is_shared =
+            |body: &usize| self.all.iter().filter(|other| other.bodies.contains(body)).count() > 1;
+        let names: Vec<&str> = bodies.iter().map(|&body| self.names[body].as_str()).collect();
+        let name = names.join("' tied to '");
+        if !bodies.iter().any(is_shared) {
             return format!("'{name}'");
         }
         let s = if *elements == 1 { "" } else { "s" };

@@ -177,6 +177,7 @@ impl<const D: usize> ContactSystem<D> {
         self.bodies.solids.iter_mut().for_each(|solid| solid.map.relocate(&pattern, index));
         self.external.relocate(&pattern, index);
         self.bodies.elastic.relocate(&pattern, index);
+        self.bodies.ties.relocate(&pattern, index);
         self.bodies.set_pattern(&pattern)?;
         self.matrix = Matrix::new(&self.bodies.session, &pattern, self.matrix.format())?;
         self.matrix_source = None;

@@ -50,6 +50,7 @@ impl<const D: usize> ContactSystem<D> {
         let constrained = &self.bodies.supports.dofs.constrained;
         let solids = &self.bodies.solids;
         let elastic = &self.bodies.elastic;
+        let ties = &self.bodies.ties;
         let of_dashpots = if self.continuation.damped { Terms::DAMPING } else { Terms::empty() };
         let of_elastic = terms & (Terms::SPRINGS | of_dashpots);
         let contacts = &mut self.contacts;
@@ -111,6 +112,9 @@ impl<const D: usize> ContactSystem<D> {
                 if !of_elastic.is_empty() && !elastic.is_empty() {
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
                     elastic.add_stiffness(of_elastic, shifts.velocity, constrained, values, lift);
+                }
+                if joined || terms.contains(Terms::TIES) {
+                    ties.add_stiffness(joined, constrained, values, lift.as_mut().map(LiftTarget::reborrow));
                 }
                 if terms.contains(Terms::FOLLOWING_LOAD) {
                     external.add_stiffness(&Self::moment(stage, load_factor, &u), constrained, values, lift);

@@ -6,6 +6,7 @@ mod boundary;
 mod contact;
 mod rigid;
 mod run;
+mod tied;
 
 use super::{At, Case, Mesh};
 use crate::reader::complaint::Complaint;
@@ -26,6 +27,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     case.obstacles.values().for_each(|obstacle| check.obstacle(obstacle));
     case.rigid.iter().for_each(|(name, body)| check.rigid(name, body));
     case.contact.iter().for_each(|(_, contact)| check.contact(contact));
+    case.tied.values().for_each(|tied| check.tied(tied));
     check.pairs();
     case.boundary.iter().for_each(|(name, boundary)| check.boundary(name, boundary));
     check.doubly_prescribed();
@@ -66,6 +68,7 @@ impl Check<'_> {
         all.extend(case.obstacles.iter().map(|(name, _)| ("obstacles", name)));
         all.extend(case.rigid.iter().map(|(name, _)| ("rigid", name)));
         all.extend(case.contact.iter().map(|(name, _)| ("contact", name)));
+        all.extend(case.tied.iter().map(|(name, _)| ("tied", name)));
         all.extend(case.boundary.iter().map(|(name, _)| ("boundary", name)));
         all.extend(case.output.probes.iter().map(|(name, _)| ("probes", name)));
         for (block, name) in all {

@@ -19,6 +19,7 @@ mod rigid;
 mod sets;
 mod solver;
 mod start;
+mod tied;
 mod time;
 mod viscoelasticity;
 
@@ -49,6 +50,7 @@ pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation};
 pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
+pub use tied::Tied;
 pub use time::Time;
 pub use viscoelasticity::{PronyTerm, Viscoelasticity, ViscousModuli};
 
@@ -100,6 +102,9 @@ pub struct Case {
     #[serde(default, deserialize_with = "contact::contacts")]
     #[schemars(schema_with = "contact::contacts_schema")]
     pub contact: Named<Contact>,
+    /// Pairs of surfaces that are bonded to each other, by name.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub tied: Named<Tied>,
     /// Supports and loads by name.
     #[serde(default)]
     pub boundary: Named<Boundary>,

@@ -12,7 +12,7 @@ pub trait MultigridHints: Resumption {
     /// system's pattern. Symmetric. Collective.
     ///
     /// The springs have the stiffness of `K_CN` and `K_T`, but are at most as stiff as the elements
-    /// beneath them. They are softer at points without friction.
+    /// beneath them. They are softer at points without friction. Ties are at most as stiff as well.
     ///
     /// # Errors
     /// If a PETSc call fails.
@@ -21,7 +21,7 @@ pub trait MultigridHints: Resumption {
     }
 
     /// Marks the owned nodes of facets in contact at the last residual, on both sides of deformable
-    /// contacts. Collective.
+    /// contacts, and those of ties. Collective.
     fn contact_nodes(&mut self) -> Vec<bool> {
         vec![false; self.matrix().pattern().rows()]
     }

@@ -12,6 +12,7 @@ mod measure;
 mod merge;
 mod room;
 mod spelling;
+mod tie;
 mod tree;
 pub mod validate;
 
@@ -23,6 +24,7 @@ pub use kind::ElementKind;
 pub use merge::merge;
 pub use room::require_room;
 pub use spelling::{digits, spelled};
+pub use tie::Tie;
 pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;
@@ -69,6 +71,8 @@ pub struct Mesh<const D: usize> {
     pub point_sets: BTreeMap<String, Vec<u32>>,
     /// Named sets of elements, each sorted.
     pub element_sets: BTreeMap<String, Vec<u32>>,
+    /// Ties of its surfaces.
+    pub ties: Vec<Tie>,
 }
 
 impl<const D: usize> Default for Mesh<D> {
@@ -90,6 +94,7 @@ impl<const D: usize> Mesh<D> {
             facet_sets: BTreeMap::new(),
             point_sets: BTreeMap::new(),
             element_sets: BTreeMap::new(),
+            ties: Vec::new(),
         }
     }
 

@@ -50,7 +50,8 @@ pub fn forget<const D: usize>(sets: &Named<BodySet>, mesh: &mut Mesh<D>) {
 /// have in common occur once. A list of surfaces is a surface; any other list has the nodes of its bodies and sets.
 pub fn join_lists<const D: usize>(case: &Case, mesh: &mut Mesh<D>) {
     let of_contacts = case.contact.values().flat_map(|contact| [&contact.contactor, &contact.target]);
-    let lists = of_contacts.chain(case.boundary.values().map(|boundary| &boundary.on));
+    let of_ties = case.tied.values().flat_map(|tied| [&tied.contactor, &tied.target]);
+    let lists = of_contacts.chain(of_ties).chain(case.boundary.values().map(|boundary| &boundary.on));
     for list in lists.filter(|list| list.is_list()) {
         let names = || list.names().iter().map(|name| name.value.as_str());
         let joined = if names().all(|name| mesh.facet_sets.contains_key(name)) {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::body_sets::bodies_of;
 use super::{
     Body, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, Load, LoadKind, MassChoice,
-    Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Support, Target, lengths,
+    Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Support, Target, TieModel, lengths,
 };
 use crate::case::{self, Action, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying};
 use crate::contact::rigid::{BodyMotion, MassProperties};
@@ -27,11 +27,13 @@ impl<const D: usize> Model<D> {
         let contacts =
             case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, &rigid, name, contact));
         let contacts = contacts.collect();
+        let ties = case.tied.iter().map(|(name, tied)| tie(case, &bodies, name, tied)).collect();
         let mut model = Self {
             units: case.units,
             bodies,
             rigid,
             contacts,
+            ties,
             supports: Vec::new(),
             elastic_supports: Vec::new(),
             loads: Vec::new(),
@@ -147,6 +149,19 @@ impl<const D: usize> Model<D> {
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
         }
+    }
+}
+
+/// Two tied surfaces.
+fn tie(case: &Case, bodies: &[Body], name: &str, tied: &case::Tied) -> TieModel {
+    let both = bodies_of(case, &tied.contactor).into_iter().chain(bodies_of(case, &tied.target));
+    TieModel {
+        name: name.to_owned(),
+        contactor: tied.contactor.value.clone(),
+        target: tied.target.value.clone(),
+        stiffness: tied.stiffness.map(|stiffness| stiffness.value),
+        within: tied.within.map(|within| within.value),
+        softer: both.map(|body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min),
     }
 }
 

@@ -1,5 +1,7 @@
 //! The meshes of a case: read from files or generated as boxes, deformed, and merged into one.
 
+use std::collections::HashSet;
+
 use super::body_sets::{define, forget, join_lists};
 use super::conformity::{MeshOrigin, MeshParts, conform, require_sound_curves};
 use super::lengths;
@@ -8,7 +10,9 @@ use super::places::unsound_places;
 use super::sets::{missing_sets, repeated_facets, shared_facets};
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
-use crate::mesh::{BoxShape, ElementKind, FacetIndex, Mesh, gmsh, merge, require_room, spelled, validate};
+use crate::mesh::{
+    BoxShape, ElementKind, Facet, FacetIndex, Mesh, gmsh, merge, require_room, spelled, validate,
+};
 use crate::rounding;
 
 /// Reads or generates the meshes of all bodies and merges them; sets are named `body.set`. Call it
@@ -48,7 +52,9 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     let places = mesh.points.as_flattened_mut().iter_mut().enumerate();
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
     if case.contact.values().any(case::Contact::is_general) {
-        let surface = FacetIndex::new(&mesh).boundary();
+        let mut surface = FacetIndex::new(&mesh).boundary();
+        let tied = tied_facets(case, &mesh);
+        surface.retain(|facet| !tied.contains(facet));
         mesh.facet_sets.insert(case::ALL.to_owned(), surface);
     }
     let mut faults = missing_sets(case, &mesh);
@@ -59,6 +65,13 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     Error::together(faults)?;
     remarks.extend(overlap::remarks(case, &mesh)?);
     Ok((mesh, remarks))
+}
+
+/// The facets of all tied surfaces. They are not part of the surface of all bodies.
+fn tied_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> HashSet<Facet> {
+    let sides = case.tied.values().flat_map(|tied| [&tied.contactor, &tied.target]);
+    let sets = sides.flat_map(|side| side.names()).filter_map(|name| mesh.facet_sets.get(&name.value));
+    sets.flatten().copied().collect()
 }
 
 /// The mesh of a box. Its cells conform, except if a map moves different positions onto each other.
@@ -134,7 +147,7 @@ fn parts(merge: Option<&case::At<Merge>>) -> MeshParts {
     }
 }
 
-/// Pairs of sets of a body between which a contact acts. Contacts of a set with itself are omitted,
+/// Pairs of sets of a body between which a contact or a tie acts. Contacts of a set with itself are omitted,
 /// because a seam within one set cannot be distinguished from a contact.
 fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
     let own = |side: &case::SetNames| -> Vec<String> {
@@ -145,6 +158,12 @@ fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
     for contact in case.contact.values().filter(|contact| contact.contactor.value != contact.target.value) {
         let targets = own(&contact.target);
         for contactor in own(&contact.contactor) {
+            pairs.extend(targets.iter().map(|target| (contactor.clone(), target.clone())));
+        }
+    }
+    for tied in case.tied.values() {
+        let targets = own(&tied.target);
+        for contactor in own(&tied.contactor) {
             pairs.extend(targets.iter().map(|target| (contactor.clone(), target.clone())));
         }
     }

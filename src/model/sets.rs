@@ -20,6 +20,10 @@ pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
             look(&contact.target, true);
         }
     }
+    for tied in case.tied.values() {
+        look(&tied.contactor, true);
+        look(&tied.target, true);
+    }
     for (_, boundary) in case.boundary.iter() {
         look(&boundary.on, boundary.actions().any(|action| action.needs_facets()));
     }

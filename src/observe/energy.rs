@@ -21,7 +21,7 @@ pub struct Energies {
     pub viscous_stored: f64,
     /// Energy stored by the contact laws.
     pub contact: f64,
-    /// Energy stored by foundations and springs.
+    /// Energy stored by foundations, springs and ties.
     #[serde(default)]
     pub springs: f64,
     /// Heat from friction since the start.
@@ -65,7 +65,7 @@ pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
     energy("strain", "strain energy of the bodies", |energies| energies.strain),
     energy("viscous_stored", "energy of the springs of viscous branches", |energies| energies.viscous_stored),
     energy("contact", "energy stored by the contact laws", |energies| energies.contact),
-    energy("springs", "energy stored by foundations and springs", |energies| energies.springs),
+    energy("springs", "energy stored by foundations, springs and ties", |energies| energies.springs),
     energy("friction_dissipated", "heat from friction since the start", |energies| {
         energies.friction_dissipated
     }),
@@ -470,7 +470,8 @@ impl EnergyLedger {
         system.imbalance(stage, &mut self.reactions)?;
         let u = stage.trial.u.local();
         let strain = system.bodies().strain_energy(&u);
-        let springs = system.bodies().elastic_supports().stored_energy(&u);
+        let springs =
+            system.bodies().elastic_supports().stored_energy(&u) + system.bodies().ties().stored_energy(&u);
         let mut own = StepEnergies { strain, springs, ..StepEnergies::default() };
         (own.kinetic, self.momentum) = self.motion(system, stage)?;
         for contact in system.contacts() {

@@ -1,13 +1,13 @@
-//! `reactions.csv`: force and moment of each support, foundation and spring. One entry of [`REACTION_COLUMNS`] is one column.
+//! `reactions.csv`: force and moment of each support, foundation, spring and pair of tied surfaces. One entry of [`REACTION_COLUMNS`] is one column.
 
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
 use crate::petsc::{Vector, sum_over_ranks};
 
-/// Reaction of one support, foundation or boundary with springs, the same on all ranks.
+/// Reaction of one support, foundation, boundary with springs or pair of tied surfaces, the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
-    /// Name of the boundary.
+    /// Name of the boundary or of the tied surfaces.
     pub name: String,
     /// Force that it exerts on the bodies \[N\], per metre of depth in 2D.
     pub force: [f64; 3],
@@ -18,8 +18,12 @@ pub struct Reaction {
 /// The table of all supports.
 pub const REACTION_FILE: TableFile = TableFile {
     name: "reactions.csv",
-    rows: "one per step and boundary with a displacement, a foundation or springs",
-    keys: &[STEP, TIME, Quantity::number("boundary", "", "name of the boundary in the case")],
+    rows: "one per step and boundary with a displacement, a foundation or springs, and per pair of tied surfaces",
+    keys: &[
+        STEP,
+        TIME,
+        Quantity::number("boundary", "", "name of the boundary, or of the tied surfaces, in the case"),
+    ],
 };
 
 /// The columns of `reactions.csv` after step, time and the name of the support.
@@ -28,7 +32,7 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
         quantity: Quantity::vector(
             "force",
             "N",
-            "force of the support on the bodies, with the inertia of the nodes that it moves; of a foundation or of springs, the sum over its facets or nodes",
+            "force of the support on the bodies, with the inertia of the nodes that it moves; of a foundation or of springs, the sum over its facets or nodes; of tied surfaces, the force on the contactor",
         ),
         value: Value::Vector(|reaction| reaction.force),
     },
@@ -43,7 +47,7 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
 ];
 
 /// Reactions of all supports at the displacement `u` \[m\] from the imbalance at the nodes \[N\], then
-/// those of foundations and springs at the last evaluation.
+/// those of foundations, springs and ties at the last evaluation.
 /// Collective.
 pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalance: &Vector) -> Vec<Reaction> {
     let (u, imbalance) = (u.owned(), imbalance.owned());
@@ -66,6 +70,13 @@ pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalanc
         reactions.push(reaction);
     }
     for (name, forces) in system.bodies().elastic_supports().forces() {
+        let mut reaction = none(name);
+        for (node, force) in forces {
+            (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));
+        }
+        reactions.push(reaction);
+    }
+    for (name, forces) in system.bodies().ties().forces() {
         let mut reaction = none(name);
         for (node, force) in forces {
             (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));

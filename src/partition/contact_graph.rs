@@ -16,6 +16,8 @@ pub struct Couple<'a> {
     pub target: &'a str,
     /// Known travel of the surfaces over or towards each other \[m\]; 0 if it is unknown.
     pub travel: f64,
+    /// Whether the facets of the contactor count as load. Ties cost next to nothing.
+    pub load: bool,
 }
 
 /// Search radius of a facet, relative to its size.
@@ -52,16 +54,18 @@ pub fn contact_weights<const D: usize>(mesh: &Mesh<D>, couples: &[Couple<'_>]) -
     for couple in couples {
         let contactor = facet_set(mesh, couple.contactor)?;
         let target = facet_set(mesh, couple.target)?;
-        contactor.iter().for_each(|facet| facets[facet.element as usize] += 1);
+        if couple.load {
+            contactor.iter().for_each(|facet| facets[facet.element as usize] += 1);
+        }
         tie(mesh, contactor, target, couple.travel, &mut ties);
     }
+    let pairs = ties.into_iter().map(|(elements, weight)| Pair { elements, weight }).collect();
     if facets.iter().all(|&count| count == 0) {
-        return Ok(Weights::default());
+        return Ok(Weights { elements: None, pairs });
     }
     let uniform = mesh.kinds.windows(2).all(|pair| pair[0] == pair[1]);
     let size = |element: usize| if uniform { 1 } else { mesh.kinds[element].nodes() as i32 };
     let loads = facets.iter().enumerate().flat_map(|(element, &count)| [size(element), count]).collect();
-    let pairs = ties.into_iter().map(|(elements, weight)| Pair { elements, weight }).collect();
     Ok(Weights { elements: Some(ElementWeights { constraints: 2, loads }), pairs })
 }
 
@@ -137,7 +141,8 @@ mod tests {
         merge(vec![("lower".into(), below), ("upper".into(), above)]).expect("small")
     }
 
-    const COUPLE: Couple<'static> = Couple { contactor: "upper.bottom", target: "lower.top", travel: 0.0 };
+    const COUPLE: Couple<'static> =
+        Couple { contactor: "upper.bottom", target: "lower.top", travel: 0.0, load: true };
 
     fn plan<const D: usize>(mesh: &Mesh<D>, couple: Couple<'_>) -> Plan {
         Plan { weights: contact_weights(mesh, &[couple]).expect("both sets exist"), ..Plan::default() }
@@ -184,7 +189,8 @@ mod tests {
         all.extend(&mesh.facet_sets["lower.top"]);
         all.sort_unstable();
         mesh.facet_sets.insert("all".into(), all);
-        let weights = contact_weights(&mesh, &[Couple { contactor: "all", target: "all", travel: 0.0 }]);
+        let weights =
+            contact_weights(&mesh, &[Couple { contactor: "all", target: "all", travel: 0.0, load: true }]);
         let pairs = weights.expect("the set").pairs;
         let body = |element: u32| mesh.body[element as usize];
         let facing = pairs.iter().filter(|pair| pair.weight == FAST[0]);

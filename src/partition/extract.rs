@@ -8,7 +8,7 @@ use super::metis::partition;
 use super::ownership::owners;
 use super::{IndexMap, LocalMesh, Plan, Quality};
 use crate::error::{Error, Result};
-use crate::mesh::{Facet, Mesh};
+use crate::mesh::{Facet, Mesh, Tie};
 
 /// The whole mesh with the ownership of nodes and elements; on rank 0 only.
 pub(super) struct Cut<const D: usize> {
@@ -16,6 +16,8 @@ pub(super) struct Cut<const D: usize> {
     part: Vec<u32>,
     /// Elements at each node.
     touching: Lists<u32>,
+    /// Ties of each node.
+    tying: Lists<u32>,
     /// Nodes of each rank in their final order.
     owned: Lists<u32>,
     /// Elements of each rank.
@@ -72,16 +74,20 @@ impl<const D: usize> Cut<D> {
                 global[*node as usize] = number as i32;
             }
         }
+        let ties = (0..).zip(&mesh.ties);
+        let tied = ties.flat_map(|(number, tie)| tie.nodes.iter().map(move |&node| (node, number)));
+        let tying = Lists::collect(mesh.points.len(), tied);
         let own_elements = Lists::collect(parts, (0..).zip(&part).map(|(element, &rank)| (rank, element)));
         let sets = Sets::new(&mesh);
         let local_of = vec![NOWHERE; mesh.points.len()];
-        Ok(Self { mesh, part, touching, owned, own_elements, global, sets, local_of, quality })
+        Ok(Self { mesh, part, touching, tying, owned, own_elements, global, sets, local_of, quality })
     }
 
     /// The local mesh of a rank.
     pub fn local(&mut self, rank: u32) -> LocalMesh<D> {
         let (input_element, assembled) = self.elements_of(rank);
-        let input_node = self.number_nodes(rank, &input_element);
+        let ties = self.ties_of(rank);
+        let input_node = self.number_nodes(rank, &input_element, &ties);
         let mut mesh =
             Mesh::with_points(input_node.iter().map(|&node| self.mesh.points[node as usize]).collect());
         for &element in &input_element {
@@ -93,6 +99,12 @@ impl<const D: usize> Cut<D> {
         }
         mesh.body = input_element.iter().map(|&element| self.mesh.body[element as usize]).collect();
         mesh.piece = input_element.iter().map(|&element| self.mesh.piece[element as usize]).collect();
+        let number = |&node: &u32| self.local_of[node as usize];
+        let tie = |&tie: &u32| {
+            let tie = &self.mesh.ties[tie as usize];
+            Tie { nodes: tie.nodes.iter().map(number).collect(), ..tie.clone() }
+        };
+        mesh.ties = ties.iter().map(tie).collect();
         self.sets.restrict(&input_node, &input_element, &mut mesh);
         input_node.iter().for_each(|&node| self.local_of[node as usize] = NOWHERE);
         let owned = self.owned.get(rank).len();
@@ -106,17 +118,26 @@ impl<const D: usize> Cut<D> {
         LocalMesh { mesh, assembled, mine, index, input_node, input_element }
     }
 
-    /// Numbers the rank's nodes, owned ones first, then the ghosts at its elements. Returns their
-    /// input numbers.
-    fn number_nodes(&mut self, rank: u32, elements: &[u32]) -> Vec<u32> {
+    /// Ties of the rank's nodes, ascending.
+    fn ties_of(&self, rank: u32) -> Vec<u32> {
+        let at_nodes = self.owned.get(rank).iter().flat_map(|&node| self.tying.get(node)).copied();
+        let mut ties: Vec<u32> = at_nodes.collect();
+        ties.sort_unstable();
+        ties.dedup();
+        ties
+    }
+
+    /// Numbers the rank's nodes, owned ones first, then the ghosts at its elements and ties. Returns
+    /// their input numbers.
+    fn number_nodes(&mut self, rank: u32, elements: &[u32], ties: &[u32]) -> Vec<u32> {
         let mut nodes = self.owned.get(rank).to_vec();
         nodes.iter().for_each(|&node| self.local_of[node as usize] = 0);
         let owned = nodes.len();
-        for &element in elements {
-            for &node in self.mesh.element_nodes(element as usize) {
-                if std::mem::replace(&mut self.local_of[node as usize], 0) == NOWHERE {
-                    nodes.push(node);
-                }
+        let at_elements = elements.iter().flat_map(|&element| self.mesh.element_nodes(element as usize));
+        let at_ties = ties.iter().flat_map(|&tie| &self.mesh.ties[tie as usize].nodes);
+        for &node in at_elements.chain(at_ties) {
+            if std::mem::replace(&mut self.local_of[node as usize], 0) == NOWHERE {
+                nodes.push(node);
             }
         }
         nodes[owned..].sort_unstable_by_key(|&node| self.global[node as usize]);

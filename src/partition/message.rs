@@ -7,7 +7,7 @@ use mpi::traits::{CommunicatorCollectives, Destination, Source};
 
 use super::{IndexMap, LocalMesh};
 use crate::error::{Error, Result};
-use crate::mesh::{ElementKind, Facet, Mesh};
+use crate::mesh::{ElementKind, Facet, Mesh, Tie};
 
 /// Items in one MPI message. MPI counts with 32 bits, and a buffer may have more items.
 const CHUNK: usize = 1 << 27;
@@ -41,6 +41,13 @@ impl Message {
         message.sets(&mesh.facet_sets, |facet, into| into.extend([facet.element, u32::from(facet.side)]));
         message.sets(&mesh.point_sets, |node, into| into.push(*node));
         message.sets(&mesh.element_sets, |element, into| into.push(*element));
+        message.integers.push(mesh.ties.len() as u32);
+        for tie in &mesh.ties {
+            message.integers.extend([u32::from(tie.pair), tie.contactor]);
+            message.list(tie.nodes.iter().copied());
+            message.reals.extend(&tie.weights);
+            message.reals.extend([tie.area, tie.stiffness, tie.element_stiffness]);
+        }
         message
     }
 
@@ -130,12 +137,14 @@ impl<'a> Reader<'a> {
     fn local_mesh<const D: usize>(&mut self, reals: &[f64]) -> Option<LocalMesh<D>> {
         let [first, owned, total] = [self.number()?, self.number()?, self.number()?];
         let assembled = self.number()? as usize;
-        let ghosts = self.list()?.iter().map(|&global| global as i32).collect();
+        let ghosts: Vec<i32> = self.list()?.iter().map(|&global| global as i32).collect();
         let input_node = self.list()?.to_vec();
         let input_element = self.list()?.to_vec();
         let mine = self.list()?.iter().map(|&mine| mine == 1).collect();
         let kinds = self.list()?.iter().map(|&kind| ElementKind::ALL.get(kind as usize).copied());
-        let mut mesh = Mesh::with_points(reals.as_chunks::<D>().0.to_vec());
+        let nodes = owned as usize + ghosts.len();
+        let (points, mut reals) = reals.split_at_checked(nodes * D)?;
+        let mut mesh = Mesh::with_points(points.as_chunks::<D>().0.to_vec());
         mesh.kinds = kinds.collect::<Option<_>>()?;
         mesh.body = self.list()?.iter().map(|&body| body as u16).collect();
         mesh.piece = self.list()?.to_vec();
@@ -154,7 +163,17 @@ impl<'a> Reader<'a> {
         mesh.point_sets = self.sets(<[u32]>::to_vec)?;
         mesh.element_sets = self.sets(<[u32]>::to_vec)?;
         let index = IndexMap { first: first as i32, owned: owned as usize, ghosts, total: total as i32 };
-        let whole = self.integers.is_empty() && index.local_count() == mesh.points.len();
+        for _ in 0..self.number()? {
+            let [pair, contactor] = [self.number()?, self.number()?];
+            let pair = pair as u16;
+            let nodes = self.list()?.to_vec();
+            let (weights, rest) = reals.split_at_checked(nodes.len())?;
+            let (&[area, stiffness, element_stiffness], rest) = rest.split_first_chunk()?;
+            reals = rest;
+            let weights = weights.to_vec();
+            mesh.ties.push(Tie { pair, nodes, weights, contactor, area, stiffness, element_stiffness });
+        }
+        let whole = self.integers.is_empty() && reals.is_empty();
         whole.then_some(LocalMesh { mesh, assembled, mine, index, input_node, input_element })
     }
 }
@@ -173,6 +192,16 @@ mod tests {
             .insert("bö.left".into(), vec![Facet { element: 0, side: 3 }, Facet { element: 1, side: 1 }]);
         mesh.point_sets.insert("empty".into(), vec![]);
         mesh.element_sets.insert("b".into(), vec![1]);
+        let of = |nodes: Vec<u32>, area| Tie {
+            pair: 2,
+            weights: vec![area; nodes.len()],
+            nodes,
+            contactor: 1,
+            area,
+            stiffness: 3.0,
+            element_stiffness: 4.0,
+        };
+        mesh.ties = vec![of(vec![0, 4], 0.5), of(vec![1, 2, 3], 0.25)];
         let index = IndexMap { first: 7, owned: 3, ghosts: vec![1, 12], total: 20 };
         LocalMesh {
             mesh,

@@ -68,6 +68,8 @@ pub struct LocalMesh<const D: usize> {
     /// - Nodes: owned nodes first, then ghosts by ascending global number.
     /// - Elements: those that touch an owned node first, then the rank's other elements.
     ///
+    /// All ties of the owned nodes are local.
+    ///
     /// Every named set exists on every rank, restricted to its local members. Each set of facets or
     /// elements also exists as a set of points with all its local nodes. This includes nodes that
     /// belong to the set only through an element that is not local.

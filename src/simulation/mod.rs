@@ -148,8 +148,10 @@ struct Share<const D: usize> {
 fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D>) -> Result<Share<D>> {
     let world = session.world();
     let read = if session.rank() == 0 { read_meshes(case).map(Some) } else { Ok(None) };
-    let (mut mesh, remarks) = agree(world, read)?.unzip();
+    let (mut mesh, mut remarks) = agree(world, read)?.unzip();
     let mut plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
+    let ties = mesh.as_mut().map_or(Ok(Vec::new()), |mesh| model.add_ties(case, mesh));
+    remarks.iter_mut().zip([agree(world, ties)?]).for_each(|(all, more)| all.extend(more));
     if let Some(mesh) = &mut mesh {
         plan.loose_nodes = model.add_pose_nodes(mesh);
     }
@@ -161,11 +163,17 @@ fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D
 fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     let couple = |contact| match contact {
         &ContactModel { ref contactor, target: Target::Surface { ref set, .. }, .. } => {
-            Some(Couple { contactor, target: set, travel: 0.0 })
+            Some(Couple { contactor, target: set, travel: 0.0, load: true })
         }
         _ => None,
     };
-    model.contacts.iter().filter_map(couple).collect()
+    let tied = model.ties.iter().map(|tie| Couple {
+        contactor: &tie.contactor,
+        target: &tie.target,
+        travel: 0.0,
+        load: false,
+    });
+    model.contacts.iter().filter_map(couple).chain(tied).collect()
 }
 
 /// Computes the state at the start, writes its rows and creates the monitors.

@@ -130,11 +130,11 @@ pub fn needs<const D: usize>(
             either(system.bodies().is_damped(), "damping of a body", "no body is damped"),
         ),
         (
-            "K_s, C_s (foundations, springs, dashpots)",
+            "K_s, C_s (foundations, springs, dashpots, ties)",
             either(
-                !system.bodies().elastic_supports().is_empty(),
-                "a foundation or spring of the case",
-                "no foundation and no spring",
+                !system.bodies().elastic_supports().is_empty() || system.bodies().has_ties(),
+                "a foundation, spring or tie of the case",
+                "no foundation, spring or tie",
             ),
         ),
         ("accelerations", inertia()),

@@ -49,7 +49,7 @@ pub struct Problem {
     pub dynamic: bool,
     /// Whether the matrix is symmetric.
     pub symmetric: bool,
-    /// Whether the problem includes contact.
+    /// Whether the problem includes contact or tied surfaces.
     pub contact: bool,
     /// Format of the matrix; `None` if it is still to be chosen.
     pub format: Option<Format>,

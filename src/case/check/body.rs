@@ -113,6 +113,7 @@ impl Check<'_> {
         };
         self.case.boundary.values().any(supported)
             || self.case.contact.values().any(|contact| contact.is_on(body))
+            || self.case.tied.values().any(|tied| tied.is_on(body))
     }
 
     fn cuboid(&mut self, cuboid: &BoxMesh, locking: Locking) {

@@ -162,7 +162,7 @@ impl Check<'_> {
     }
 
     /// `body.set`; for a box the sets are known.
-    fn surface(&mut self, what: &str, on: &At<String>) {
+    pub(super) fn surface(&mut self, what: &str, on: &At<String>) {
         if self.body_of(on) && !on.contains('.') {
             self.found.say(on.place, format!("{what} must be a surface, but '{}' is a whole body", on.value));
             self.found.cure(&format!("name one of its sets, for example {}.bottom", on.value));

@@ -12,6 +12,7 @@
 //! - [`integrals`] integrates over a pair of facets, and `over_obstacle` over an obstacle. `products`
 //!   adds up the derivatives.
 //! - [`kernel`] evaluates the laws of a vertex.
+//! - [`tied`] ties two surfaces in the reference configuration.
 //! - [`contact`] combines them, and `over_step` does so for the conserving scheme. `moving` does so
 //!   over a moving rigid body.
 
@@ -35,3 +36,4 @@ pub mod segment;
 pub mod shape;
 pub mod split;
 pub mod surface;
+pub mod tied;

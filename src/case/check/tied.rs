@@ -1,0 +1,35 @@
+//! Checks of `tied`.
+
+use super::super::{SetNames, Tied};
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn tied(&mut self, tied: &Tied) {
+        for side in [&tied.contactor, &tied.target] {
+            for name in side.names() {
+                if self.case.shape(name).is_some() {
+                    let kind = self.case.noun(name);
+                    let message = format!("'{}' is an {kind}", name.value).replace("an rigid", "a rigid");
+                    self.found.say(name.place, format!("{message}; only surfaces of bodies can be tied"));
+                    self.found.cure("prescribe the displacement of the surface in `boundary`");
+                } else {
+                    self.surface("a tied side", name);
+                }
+            }
+        }
+        self.own_surface(tied);
+        tied.stiffness.iter().for_each(|&stiffness| self.found.positive("the stiffness", stiffness));
+        tied.within.iter().for_each(|&within| self.found.positive("the distance", within));
+    }
+
+    /// A surface is not tied to itself.
+    fn own_surface(&mut self, tied: &Tied) {
+        let of = |side: &SetNames, name: &str| side.names().iter().any(|other| other.value == name);
+        for name in tied.target.names() {
+            if of(&tied.contactor, name) {
+                self.found.say(name.place, format!("'{}' is on both sides", name.value));
+                self.found.cure("name the two surfaces that face each other");
+            }
+        }
+    }
+}
