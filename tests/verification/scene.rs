@@ -76,6 +76,7 @@ impl Solid {
             bodies,
             rigid: Vec::new(),
             contacts: Vec::new(),
+            ties: Vec::new(),
             supports: Vec::new(),
             elastic_supports: Vec::new(),
             loads: Vec::new(),
