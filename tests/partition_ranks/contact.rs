@@ -10,7 +10,8 @@ use mpi::traits::Communicator;
 
 use super::{deal, sum};
 
-const COUPLE: Couple<'static> = Couple { contactor: "upper.bottom", target: "lower.top", travel: 0.0 };
+const COUPLE: Couple<'static> =
+    Couple { contactor: "upper.bottom", target: "lower.top", travel: 0.0, load: true };
 
 pub fn check_all(world: &SimpleCommunicator) {
     use ElementKind::*;
