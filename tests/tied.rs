@@ -135,7 +135,9 @@ fn uniform_stress_passes_in_space_on_1_to_4_ranks() {
 /// A tied bar is longer than a whole one by `t / stiffness`, and the ties store `t^2 A / (2 stiffness)`.
 #[test]
 fn a_bond_yields_by_its_stiffness_on_2_ranks() {
-    let (stress, stiffness, young) = (1.0e4, 2.0e7, 1.0e6);
+    let stress = 1.0e4;
+    let stiffness = 2.0e7;
+    let young = 1.0e6;
     let text = PATCH_2D
         .replace("LOWER", "quad4")
         .replace("UPPER", "quad4")
@@ -216,7 +218,10 @@ fn a_tied_beam_bends_as_a_whole_on_2_ranks() {
 output: { probes: { tip: { at: [4, 0.4], on: upper } } }
 ";
     let results = Results::of(&format!("{}{tail}", BEAM.replace("CELLS", "12")), 2);
-    let (force, length, young, inertia) = (2.0, 4.0_f64, 1.0e6, 0.4_f64.powi(3) / 12.0);
+    let force = 2.0;
+    let length = 4.0_f64;
+    let young = 1.0e6;
+    let inertia = 0.4_f64.powi(3) / 12.0;
     let bending = force * length.powi(3) / (3.0 * young * inertia);
     let shear = force * length / (5.0 / 6.0 * 0.5 * young * 0.4);
     let found = results.table("probes.csv").last("tip.u_y");
@@ -252,9 +257,117 @@ fn solvers_agree_on_2_ranks() {
     let stress = [(0, 1.0e4), (1, -5.0e3), (2, 2.0e4), (3, 2.0e3), (4, 3.0e3), (5, 4.0e3)];
     for linear in ["gmres_asm_ilu", "cg_icc", "filtered_amg", "gmres_amg", "cg_filtered_amg"] {
         let solver = format!("solver: {{ linear: {linear}, krylov: {{ tolerance: 1e-11 }} }}\n");
-        let worst = worst_stress(&Results::of(&format!("{text}{solver}"), 2), &stress);
+        let results = Results::of(&format!("{text}{solver}"), 2);
+        let worst = worst_stress(&results, &stress);
         assert!(worst < 1e-7, "{linear}: {worst:.1e}");
+        assert_eq!(results.record()["linear_fallbacks"], 0, "{linear}");
     }
+}
+
+/// Multigrid takes as many iterations with a stiff bond as with one that is as soft as an element.
+#[test]
+fn multigrid_does_not_feel_the_stiffness_of_the_bond() {
+    let text = PATCH_3D.replace("LOWER", "hex8").replace("UPPER", "hex8");
+    let text =
+        text.replace("cells: [2, 3, 2]", "cells: [6, 6, 4]").replace("cells: [3, 2, 1]", "cells: [7, 7, 3]");
+    let iterations = |stiffness: &str| {
+        let text =
+            text.replace("target: lower.top }", &format!("target: lower.top, stiffness: {stiffness} }}"));
+        let solver = "solver: { linear: cg_filtered_amg, krylov: { tolerance: 1e-8 } }\n";
+        let record = Results::of(&format!("{text}{solver}"), 1).record();
+        assert_eq!(record["linear_fallbacks"], 0, "{stiffness}");
+        record["krylov_iterations"].as_u64().expect("a number")
+    };
+    let soft = iterations("1.0e7");
+    let stiff = iterations("1.0e12");
+    assert!(stiff <= soft + 2, "{soft} and {stiff}");
+}
+
+/// A pad that is tied to a block, pressed on a soft ground and dragged over its facets.
+const PAD: &str = "
+dimension: 2
+bodies:
+  pad:
+    mesh: { box: { min: [0, 0], max: [1, 0.3], cells: [10, 3] } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    density: 1000
+  block:
+    mesh: { box: { min: [0, 0.3], max: [1, 0.6], cells: [7, 2] } }
+    material: { neo_hookean: { young_modulus: 1.0e7, poisson_ratio: 0.3 } }
+    density: 1000
+  ground:
+    mesh: { box: { min: [-0.2, -0.2], max: [2, 0], cells: [30, 2] } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    density: 1000
+tied:
+  bond: { contactor: pad.top, target: block.bottom }
+contact:
+  sole: { contactor: pad.bottom, target: ground.top, friction: { coulomb: { coefficient: 0.3, regularization: { stick_velocity: 0.01 } } } }
+boundary:
+  base: { on: ground.bottom, displacement: { x: 0, y: 0 } }
+  head: { on: block.top, displacement: { x: '10 * t^2', y: '-0.02 * min(t / 0.05, 1)' } }
+time: { end: 0.12, step: 0.01, scheme: { generalized_alpha: { spectral_radius: 0.8 } } }
+output: { fields: { every: 0 }, probes: { corner: { at: [1, 0], on: pad } } }
+";
+
+/// Position of the probe and force of the bond at the end.
+fn dragged(results: &Results) -> [f64; 4] {
+    let probes = results.table("probes.csv");
+    let bond = results.table("reactions.csv").only("boundary", "bond");
+    [probes.last("corner.u_x"), probes.last("corner.u_y"), bond.last("force_x"), bond.last("force_y")]
+}
+
+#[track_caller]
+fn same(what: &str, found: [f64; 4], known: [f64; 4], tolerance: f64) {
+    for (found, known) in found.into_iter().zip(known) {
+        assert!((found - known).abs() <= tolerance * (1.0 + known.abs()), "{what}: {found}, {known}");
+    }
+}
+
+/// With friction on the other side of the pad and a matrix whose pattern grows, all numbers of ranks, both strategies and multigrid give
+/// the same motion, also where ranks have no tie. The bond carries the weight of the pressure.
+#[test]
+fn a_dragged_pad_is_the_same_on_1_to_8_ranks() {
+    let known = dragged(&Results::of(PAD, 1));
+    assert!(known[2].abs() > 1e3 && known[3] < -2e4, "{known:?}");
+    for ranks in [2, 4, 8] {
+        same(&format!("{ranks} ranks"), dragged(&Results::of(PAD, ranks)), known, 1e-7);
+    }
+    for solver in ["strategy: staggered", "linear: filtered_amg", "linear: two_stage"] {
+        let text = format!("{PAD}solver: {{ {solver} }}\n");
+        same(solver, dragged(&Results::of(&text, 2)), known, 1e-6);
+    }
+}
+
+/// A run that continues from a checkpoint writes the same tables to the bit.
+#[test]
+fn a_dragged_pad_resumes_on_2_ranks() {
+    let folder = Folder::new("tied");
+    let text = format!("{PAD}solver: {{ linear: gmres_asm_ilu }}\n");
+    let text = text.replace("output: {", "output: { checkpoint: { every: 8, keep: 9 },");
+    folder.write("case.yml", &text);
+    run(2, &["case.yml", "-q", "-o", "whole"], &folder).success();
+    let start = "--restart=whole/checkpoints/step-000008.ckpt";
+    run(2, &["case.yml", "-q", "-o", "resumed", start], &folder).success();
+    let rows = |run: &str| {
+        let path = folder.join(run).join("reactions.csv");
+        let text = std::fs::read_to_string(path).expect("a table");
+        text.lines().rev().take(10).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(rows("whole"), rows("resumed"));
+}
+
+/// `contact: all` leaves out tied facets: under pressure the bond alone carries the load.
+#[test]
+fn general_contact_leaves_tied_facets_out() {
+    let text = PATCH_2D.replace("LOWER", "quad4").replace("UPPER", "tri3").replace("y: 2.0e4", "y: -2.0e4");
+    let text = text.replace("y: -2.0e4 } }\n  head", "y: 2.0e4 } }\n  head");
+    let stress = [(0, 1.0e4), (1, -2.0e4), (3, 4.0e3)];
+    let results = Results::of(&format!("{text}contact: all\n"), 1);
+    let worst = worst_stress(&results, &stress);
+    assert!(worst < 1e-10, "{worst:.1e}");
+    let carried = results.table("reactions.csv").only("boundary", "glue").last("force_y");
+    assert!((carried - 2.0e4).abs() < 1e-6 * 2.0e4, "the bond carries {carried}");
 }
 
 /// Mistakes are explained where they are written.
@@ -281,6 +394,7 @@ fn mistakes_are_explained() {
     says("target: lower.top", "target: lower.tip", &[line, "no set 'tip'"]);
     says("target: lower.top }", "target: lower.top, stiffness: 0 }", &[line, "stiffness", "> 0"]);
     says("target: lower.top }", "target: lower.top, within: -1 }", &[line, "distance", "> 0"]);
+    says("  glue:", "  foot:", &[line, "'foot' also names a boundary", "reactions.csv"]);
     let floor = "obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }\ntied:";
     let onto = "target: floor }";
     let text = good.replace("tied:", floor).replace("target: lower.top }", onto);
@@ -290,7 +404,7 @@ fn mistakes_are_explained() {
     assert_says(&output.text(), &["case.yml:17:", "'floor' is an obstacle", "only surfaces of bodies"]);
 }
 
-/// A part without a target stays free, which a remark tells; the rest carries the load.
+/// The part of the contactor that has no target stays free, and a remark gives its size.
 #[test]
 fn an_overhang_stays_free() {
     let text = PATCH_2D

@@ -21,8 +21,8 @@ use crate::tensor::Vector;
 
 /// A body, or a piece of one, that no support holds in some direction.
 pub(super) struct FreeBody {
-    /// Index of the body; `None` for a rigid body.
-    pub body: Option<usize>,
+    /// Indices of the bodies that are joined in it; empty for a rigid body.
+    pub bodies: Vec<usize>,
     /// Index of the group of pieces.
     pub group: usize,
     /// Name and directions, for messages.
@@ -271,7 +271,7 @@ pub(super) fn free_bodies<const D: usize>(
         |group: usize| (0..D).filter(|&i| !held[group][i]).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>();
     let loose = (0..held.len()).filter(|&group| !free(group).is_empty());
     let describe = |group: usize| FreeBody {
-        body: Some(pieces.all[pieces.groups[group][0]].body),
+        bodies: pieces.groups[group].iter().flat_map(|&piece| pieces.all[piece].bodies.clone()).collect(),
         group,
         words: format!("{} along {}", pieces.group_name(group), free(group).join(", ")),
     };

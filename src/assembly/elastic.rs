@@ -156,13 +156,8 @@ impl<const D: usize> ElasticSupports<D> {
     ) {
         let mut sum = Vec::new();
         for patch in self.supports.iter().flat_map(|support| &support.patches) {
-            let mut sink = MatrixSink::<D> {
-                map: &patch.map,
-                constrained,
-                values: &mut *values,
-                lift: lift.as_mut().map(LiftTarget::reborrow),
-                scratch: Vec::new(),
-            };
+            let lift = lift.as_mut().map(LiftTarget::reborrow);
+            let mut sink = MatrixSink::<D>::new(&patch.map, constrained, values, lift);
             for piece in 0..patch.len() {
                 sum.clear();
                 sum.resize(patch.map.width.pow(2) * D * D, 0.0);

@@ -188,13 +188,8 @@ impl<const D: usize> External<D> {
     ) {
         let following = self.loads.iter().filter(|load| load.follows);
         for (load, patch) in following.flat_map(|load| load.patches.iter().map(move |patch| (load, patch))) {
-            let mut sink = MatrixSink::<D> {
-                map: &patch.map,
-                constrained,
-                values: &mut *values,
-                lift: lift.as_mut().map(LiftTarget::reborrow),
-                scratch: Vec::new(),
-            };
+            let lift = lift.as_mut().map(LiftTarget::reborrow);
+            let mut sink = MatrixSink::<D>::new(&patch.map, constrained, values, lift);
             load.pressure(patch, at, &self.trouble, &mut sink);
         }
     }

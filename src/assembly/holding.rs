@@ -35,7 +35,7 @@ impl Holding {
     /// may hold it, and `words` are its name and directions.
     pub(super) fn add_rigid(&mut self, name: &str, motions: usize, touched: bool, words: String) {
         if motions > 0 {
-            self.free.push(FreeBody { body: None, group: self.groups.len(), words });
+            self.free.push(FreeBody { bodies: Vec::new(), group: self.groups.len(), words });
         }
         self.groups.push(Group { name: format!("'{name}'"), motions, touched });
     }
@@ -47,7 +47,7 @@ impl Holding {
 
     /// Whether no support holds the body with this index in some direction.
     pub fn leaves_free(&self, body: usize) -> bool {
-        self.free.iter().any(|free| free.body == Some(body))
+        self.free.iter().any(|free| free.bodies.contains(&body))
     }
 
     /// Bodies that no support holds in some direction, as `body (along x, y)`.

@@ -126,7 +126,17 @@ impl<const D: usize> ElementSink for MatrixSink<'_, '_, D> {
     }
 }
 
-impl<const D: usize> MatrixSink<'_, '_, D> {
+impl<'a, 'm, const D: usize> MatrixSink<'a, 'm, D> {
+    /// A sink for pieces of this map.
+    pub fn new(
+        map: &'a ScatterMap,
+        constrained: &'a [bool],
+        values: &'a mut BlockValues<'m>,
+        lift: Option<LiftTarget<'a>>,
+    ) -> Self {
+        Self { map, constrained, values, lift, scratch: Vec::new() }
+    }
+
     /// Zeroes rows and columns of prescribed unknowns in the copy.
     fn clear_prescribed(&mut self, index: usize) {
         let nodes = self.map.nodes(index);

@@ -13,7 +13,7 @@ struct Patch {
     /// Weights of the nodes of each tie [m, m^2].
     weights: Vec<f64>,
     /// Pair of surfaces of each tie.
-    pairs: Vec<u16>,
+    pairs: Vec<u32>,
     /// Number of nodes of the contactor.
     contactors: Vec<u32>,
     /// Stiffness over area, `eps / A`.
@@ -132,13 +132,8 @@ impl<const D: usize> Ties<D> {
     ) {
         let mut block = Vec::new();
         for patch in &self.patches {
-            let mut sink = MatrixSink::<D> {
-                map: &patch.map,
-                constrained,
-                values: &mut *values,
-                lift: lift.as_mut().map(LiftTarget::reborrow),
-                scratch: Vec::new(),
-            };
+            let lift = lift.as_mut().map(LiftTarget::reborrow);
+            let mut sink = MatrixSink::<D>::new(&patch.map, constrained, values, lift);
             let width = patch.map.width;
             let factors = if soft { &patch.soft } else { &patch.factors };
             for (tie, factor) in factors.iter().enumerate() {
@@ -182,7 +177,7 @@ impl<const D: usize> Ties<D> {
         self.names.iter().enumerate().map(|(pair, name)| {
             let mut forces = Vec::new();
             for patch in &self.patches {
-                let of_pair = |tie: &usize| usize::from(patch.pairs[*tie]) == pair;
+                let of_pair = |tie: &usize| patch.pairs[*tie] as usize == pair;
                 for tie in (0..patch.factors.len()).filter(of_pair) {
                     let traction = &patch.tractions[tie * D..][..D];
                     let own = patch.map.nodes(tie).iter().zip(patch.weights(tie));

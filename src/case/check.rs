@@ -27,7 +27,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     case.obstacles.values().for_each(|obstacle| check.obstacle(obstacle));
     case.rigid.iter().for_each(|(name, body)| check.rigid(name, body));
     case.contact.iter().for_each(|(_, contact)| check.contact(contact));
-    case.tied.values().for_each(|tied| check.tied(tied));
+    case.tied.iter().for_each(|(name, tied)| check.tied(name, tied));
     check.pairs();
     case.boundary.iter().for_each(|(name, boundary)| check.boundary(name, boundary));
     check.doubly_prescribed();

@@ -7,7 +7,7 @@
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tie {
     /// Number of the pair of surfaces, in the order of the case.
-    pub pair: u16,
+    pub pair: u32,
     /// Nodes: first those of the contactor, then those of the target.
     pub nodes: Vec<u32>,
     /// Weight of each node [m, m^2]: that of the contactor's nodes is `int Phi N_a`, that of the

@@ -70,7 +70,7 @@ impl Halo {
         Ok((halo, quality))
     }
 
-    /// Needs of the parts due to elements and ties; also counts the elements.
+    /// Needs of the parts due to elements; also counts the elements.
     fn by_elements<const D: usize>(&mut self, mesh: &Mesh<D>, owner: &[u32]) -> Vec<Want> {
         let (mut wants, mut around) = (Vec::new(), Vec::new());
         for element in 0..mesh.element_count() {
@@ -83,13 +83,6 @@ impl Halo {
             if around.len() > 1 {
                 wants.extend(across(&around, nodes, owner));
             }
-        }
-        for tie in &mesh.ties {
-            around.clear();
-            around.extend(tie.nodes.iter().map(|&node| owner[node as usize]));
-            around.sort_unstable();
-            around.dedup();
-            wants.extend(across(&around, &tie.nodes, owner));
         }
         wants.sort_unstable();
         wants.dedup();

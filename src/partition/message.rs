@@ -43,7 +43,7 @@ impl Message {
         message.sets(&mesh.element_sets, |element, into| into.push(*element));
         message.integers.push(mesh.ties.len() as u32);
         for tie in &mesh.ties {
-            message.integers.extend([u32::from(tie.pair), tie.contactor]);
+            message.integers.extend([tie.pair, tie.contactor]);
             message.list(tie.nodes.iter().copied());
             message.reals.extend(&tie.weights);
             message.reals.extend([tie.area, tie.stiffness, tie.element_stiffness]);
@@ -165,7 +165,6 @@ impl<'a> Reader<'a> {
         let index = IndexMap { first: first as i32, owned: owned as usize, ghosts, total: total as i32 };
         for _ in 0..self.number()? {
             let [pair, contactor] = [self.number()?, self.number()?];
-            let pair = pair as u16;
             let nodes = self.list()?.to_vec();
             let (weights, rest) = reals.split_at_checked(nodes.len())?;
             let (&[area, stiffness, element_stiffness], rest) = rest.split_first_chunk()?;

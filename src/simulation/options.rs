@@ -221,7 +221,8 @@ pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: 
         dimension: D,
         dynamic,
         symmetric: terms(case, system) != Terms::ALL && !system.has_following_loads(),
-        contact: !system.contacts().is_empty() || system.bodies().has_ties(),
+        contact: !system.contacts().is_empty(),
+        tied: system.bodies().has_ties(),
         format: Some(system.matrix().format()),
     }
 }
@@ -243,7 +244,8 @@ pub fn format<const D: usize>(
         dynamic: !case.is_static(),
         symmetric: !(has_friction(case) || case.has_unsymmetric_steps() || case.has_unsymmetric_contact())
             || staggered(case).is_some(),
-        contact: !case.contact.is_empty() || !case.tied.is_empty(),
+        contact: !case.contact.is_empty(),
+        tied: !case.tied.is_empty(),
         format: None,
     };
     let presets = ladder(choice, &problem)?;

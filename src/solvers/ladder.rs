@@ -49,8 +49,10 @@ pub struct Problem {
     pub dynamic: bool,
     /// Whether the matrix is symmetric.
     pub symmetric: bool,
-    /// Whether the problem includes contact or tied surfaces.
+    /// Whether the problem includes contact.
     pub contact: bool,
+    /// Whether it includes tied surfaces. Incomplete factors do not converge on their stiffness.
+    pub tied: bool,
     /// Format of the matrix; `None` if it is still to be chosen.
     pub format: Option<Format>,
 }
@@ -73,6 +75,8 @@ impl Problem {
         match (self.is_small(), symmetric, self.dynamic) {
             (true, true, _) => &["cholesky", "direct"],
             (true, false, _) => &["direct"],
+            (false, true, _) if self.tied => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
+            (false, false, _) if self.tied => &["filtered_amg", "gmres_asm_ilu", "direct"],
             (false, true, true) if self.contact => &["cg_icc", "cg_filtered_amg", "cholesky", "direct"],
             (false, true, true) => &["cg_icc", "cholesky", "direct"],
             (false, true, false) if !self.contact => &["cg_amg", "cg_icc", "cholesky", "direct"],
@@ -144,18 +148,20 @@ mod tests {
         dynamic: true,
         symmetric: false,
         contact: true,
+        tied: false,
         format: None,
     };
 
     fn all_problems() -> impl Iterator<Item = Problem> {
         let sizes = [100, 50_000, 5_000_000].into_iter().flat_map(|unknowns| [2, 3].map(|d| (unknowns, d)));
         sizes.flat_map(|(unknowns, dimension)| {
-            (0..8u8).map(move |flags| Problem {
+            (0..16u8).map(move |flags| Problem {
                 unknowns,
                 dimension,
                 dynamic: flags & 1 != 0,
                 symmetric: flags & 2 != 0,
                 contact: flags & 4 != 0,
+                tied: flags & 8 != 0,
                 format: None,
             })
         })
@@ -178,6 +184,15 @@ mod tests {
         for problem in all_problems() {
             let steps = ladder(&LinearChoice::Auto, &problem).unwrap();
             assert_eq!(steps.last().map(|p| p.name), Some("direct"));
+        }
+    }
+
+    /// Large problems with tied surfaces begin with multigrid, with contact and without.
+    #[test]
+    fn ties_ask_for_multigrid() {
+        for problem in all_problems().filter(|problem| problem.tied && !problem.is_small()) {
+            let steps = ladder(&LinearChoice::Auto, &problem).unwrap();
+            assert!(steps[0].name.ends_with("filtered_amg"), "{problem:?}");
         }
     }
 

@@ -120,8 +120,15 @@ impl Resumption for Duffing {}
 /// corrections of a step.
 fn swing(session: &Rc<Session>, scheme: Scheme, steps: u32) -> Result<([f64; 2], u32)> {
     let mut system = Duffing::new(session)?;
-    let problem =
-        Problem { unknowns: 2, dimension: 2, dynamic: true, symmetric: false, contact: false, format: None };
+    let problem = Problem {
+        unknowns: 2,
+        dimension: 2,
+        dynamic: true,
+        symmetric: false,
+        contact: false,
+        tied: false,
+        format: None,
+    };
     let linear = LinearSolver::new(&system.pattern, "", &LinearChoice::Named("direct"), &problem)?;
     let settings = NewtonSettings {
         tolerance: 1e-12,

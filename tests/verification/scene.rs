@@ -144,6 +144,7 @@ impl<const D: usize> Scene<D> {
             dynamic,
             symmetric: !self.system.has_friction() && !self.system.has_following_loads(),
             contact: !self.system.contacts().is_empty(),
+            tied: false,
             format: Some(self.system.matrix().format()),
         };
         let pattern = self.system.pattern_vector();

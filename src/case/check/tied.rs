@@ -2,15 +2,21 @@
 
 use super::super::{SetNames, Tied};
 use super::Check;
+use crate::reader::at::At;
 
 impl Check<'_> {
-    pub(super) fn tied(&mut self, tied: &Tied) {
+    pub(super) fn tied(&mut self, name: &At<String>, tied: &Tied) {
+        if self.case.boundary.get(name).is_some() {
+            self.found.say(name.place, format!("'{}' also names a boundary", name.value));
+            self.found.cure("choose another name: both have rows in reactions.csv");
+        }
         for side in [&tied.contactor, &tied.target] {
             for name in side.names() {
                 if self.case.shape(name).is_some() {
-                    let kind = self.case.noun(name);
-                    let message = format!("'{}' is an {kind}", name.value).replace("an rigid", "a rigid");
-                    self.found.say(name.place, format!("{message}; only surfaces of bodies can be tied"));
+                    let is_rigid = self.case.rigid.get(name).is_some();
+                    let kind = if is_rigid { "a rigid body" } else { "an obstacle" };
+                    let message = format!("'{}' is {kind}; only surfaces of bodies can be tied", name.value);
+                    self.found.say(name.place, message);
                     self.found.cure("prescribe the displacement of the surface in `boundary`");
                 } else {
                     self.surface("a tied side", name);

@@ -15,7 +15,7 @@ const COVERED: f64 = 1e-10;
 #[derive(Debug, Clone, Copy)]
 pub struct TiedSurfaces<'a> {
     /// Number of the pair.
-    pub pair: u16,
+    pub pair: u32,
     /// Facets of the contactor, whose vertices carry the ties.
     pub contactor: &'a [Facet],
     /// Facets of the target.
@@ -34,10 +34,6 @@ pub struct TiedSurfaces<'a> {
 pub struct SurfaceTies {
     /// One for each vertex that is tied.
     pub ties: Vec<Tie>,
-    /// Number of vertices of the contactor.
-    pub vertices: usize,
-    /// Largest magnitude of the mean gap of a tied vertex \[m\].
-    pub gap: f64,
     /// Tied area [m, m^2].
     pub area: f64,
     /// Area of the contactor [m, m^2].
@@ -48,7 +44,6 @@ pub struct SurfaceTies {
 #[derive(Debug, Clone, Default)]
 struct Sum {
     area: f64,
-    gap: f64,
     own: Vec<(u32, f64)>,
     others: Vec<(u32, f64)>,
 }
@@ -107,7 +102,6 @@ impl TiedSurfaces<'_> {
                 for (vertex, part) in facet.vertices.iter().zip(&integrals.vertices) {
                     let Some(sum) = vertex.and_then(|vertex| sums.get_mut(vertex as usize)) else { continue };
                     sum.area += part.area;
-                    sum.gap += part.gap;
                     let (of_own, of_others) = part.coefficients.split_at(own.len());
                     own.iter().zip(of_own).for_each(|(&node, &weight)| add(&mut sum.own, node, weight));
                     nodes
@@ -117,7 +111,7 @@ impl TiedSurfaces<'_> {
                 }
             }
         }
-        let mut found = SurfaceTies { vertices: sums.len(), ..SurfaceTies::default() };
+        let mut found = SurfaceTies::default();
         for (vertex, sum) in sums.into_iter().enumerate() {
             let whole = surface.reference_area(vertex);
             found.whole += whole;
@@ -125,7 +119,6 @@ impl TiedSurfaces<'_> {
                 continue;
             }
             found.area += sum.area;
-            found.gap = found.gap.max((sum.gap / sum.area).abs());
             let contactor = sum.own.len() as u32;
             let (nodes, weights) = sum.own.into_iter().chain(sum.others).unzip();
             found.ties.push(Tie {
