@@ -272,6 +272,10 @@ pub enum Locking {
     /// Integration of the lambda terms with one point less in each direction, of the mu terms at
     /// all points; for quadrilaterals and hexahedra.
     SelectiveReduced,
+    /// Mixed formulation: the volumetric energy at the mean dilatation of each element, or at its best
+    /// linear fit, with a discontinuous pressure that is condensed. For all elements except tri3 and
+    /// tet4, up to a Poisson's ratio of 0.4999.
+    MeanDilatation,
 }
 tagged!(Locking, "cure for locking");
 

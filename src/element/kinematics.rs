@@ -1,6 +1,7 @@
 //! Kinematics of an element: strain measure, treatment of locking, and gradients (theory, section
 //! 3.8).
 
+use super::dilatation::DilatationSpace;
 use crate::error::{Error, Result};
 use crate::lanes::Real;
 use crate::material::Moduli;
@@ -35,6 +36,10 @@ pub enum Locking {
     /// element. On every quad4 and on hex8 with parallel sides this is the value at the centroid.
     /// On other hex8 the centroid would fail the patch test.
     SelectiveReduced,
+    /// Volume terms at the projection of the dilatation on the constant or linear functions of each
+    /// element (theory, section 3.8), which is a mixed formulation with a discontinuous pressure
+    /// that is condensed. The method is variational, so the tangent stays symmetric.
+    MeanDilatation,
 }
 
 /// Poisson's ratio from which on full integration locks.
@@ -49,7 +54,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Locking {
     /// Name and description of each, for lists and hints.
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
         (
             Self::Auto,
             "auto",
@@ -62,6 +67,12 @@ impl Locking {
             "selective_reduced",
             "full integration of shear terms, one point less in each direction for volume terms (quads and \
              hexes)",
+        ),
+        (
+            Self::MeanDilatation,
+            "mean_dilatation",
+            "mixed formulation with a discontinuous pressure, constant or linear in each element, which is \
+             condensed (all except tri3 and tet4)",
         ),
     ];
 
@@ -91,6 +102,18 @@ impl Locking {
             (Self::SelectiveReduced, ElementKind::Hex20 | ElementKind::Hex27) => {
                 Ok(VolumeRule::Of(ElementKind::Hex8))
             }
+            (
+                Self::MeanDilatation,
+                ElementKind::Quad4 | ElementKind::Hex8 | ElementKind::Tri6 | ElementKind::Tet10,
+            ) => Ok(VolumeRule::Projected(DilatationSpace::Constant)),
+            (
+                Self::MeanDilatation,
+                ElementKind::Quad8 | ElementKind::Quad9 | ElementKind::Hex20 | ElementKind::Hex27,
+            ) => Ok(VolumeRule::Projected(DilatationSpace::Linear)),
+            (Self::MeanDilatation, _) => {
+                let cure = "its one point is the mean already: use elements of second order, quads or hexes";
+                Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
+            }
             (Self::SelectiveReduced, _) => {
                 let cure = "use locking: auto or none, or quads and hexes";
                 Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
@@ -118,6 +141,8 @@ pub(super) enum VolumeRule {
     Mean,
     /// The full rule of the linear element of the same shape.
     Of(ElementKind),
+    /// The full rule, with a projected dilatation.
+    Projected(DilatationSpace),
 }
 
 /// `sum_a v_a (x) s_a`. With the slopes `dN_a/dxi` and node positions it is `dX/dxi` \[m\], with

@@ -5,6 +5,7 @@
 //! matrix formats, global numbers and processes.
 
 mod batch;
+mod dilatation;
 mod energy;
 mod evaluate;
 mod general;
