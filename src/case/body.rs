@@ -238,9 +238,13 @@ impl Element {
         }
     }
 
-    /// Whether selective reduced integration applies.
-    pub fn offers_locking_cure(self) -> bool {
-        !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10)
+    /// Whether a treatment of locking applies.
+    pub fn offers(self, cure: Locking) -> bool {
+        match cure {
+            Locking::Auto | Locking::None => true,
+            Locking::SelectiveReduced => !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10),
+            Locking::MeanDilatation => !matches!(self, Self::Tri3 | Self::Tet4),
+        }
     }
 }
 
@@ -278,6 +282,18 @@ pub enum Locking {
     MeanDilatation,
 }
 tagged!(Locking, "cure for locking");
+
+impl Locking {
+    /// The name in the case file, `mean_dilatation`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::None => "none",
+            Self::SelectiveReduced => "selective_reduced",
+            Self::MeanDilatation => "mean_dilatation",
+        }
+    }
+}
 
 /// Mass matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

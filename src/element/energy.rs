@@ -1,9 +1,9 @@
 //! The strain energy of a group, computed in lanes and at the samples of the forces.
 
 use super::batch::Batch;
-use super::dilatation::Dilatation;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
+use super::projection::Dilatation;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, PointEnergy, VolumeLaw};
 

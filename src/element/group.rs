@@ -1,7 +1,6 @@
 //! Groups of elements of one kind and one material, stored in lanes.
 
-use super::dilatation::DilatationSpace;
-use super::kinematics::VolumeRule;
+use super::kinematics::{DilatationSpace, VolumeRule};
 use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::lanes::WIDTH;

@@ -1,7 +1,6 @@
 //! Kinematics of an element: strain measure, treatment of locking, and gradients (theory, section
 //! 3.8).
 
-use super::dilatation::DilatationSpace;
 use crate::error::{Error, Result};
 use crate::lanes::Real;
 use crate::material::Moduli;
@@ -104,12 +103,16 @@ impl Locking {
             }
             (
                 Self::MeanDilatation,
-                ElementKind::Quad4 | ElementKind::Hex8 | ElementKind::Tri6 | ElementKind::Tet10,
+                ElementKind::Quad4
+                | ElementKind::Quad8
+                | ElementKind::Hex8
+                | ElementKind::Hex20
+                | ElementKind::Tri6
+                | ElementKind::Tet10,
             ) => Ok(VolumeRule::Projected(DilatationSpace::Constant)),
-            (
-                Self::MeanDilatation,
-                ElementKind::Quad8 | ElementKind::Quad9 | ElementKind::Hex20 | ElementKind::Hex27,
-            ) => Ok(VolumeRule::Projected(DilatationSpace::Linear)),
+            (Self::MeanDilatation, ElementKind::Quad9 | ElementKind::Hex27) => {
+                Ok(VolumeRule::Projected(DilatationSpace::Linear))
+            }
             (Self::MeanDilatation, _) => {
                 let cure = "its one point is the mean already: use elements of second order, quads or hexes";
                 Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
@@ -130,6 +133,25 @@ impl Locking {
 /// Whether Poisson's ratio is so high that full integration locks.
 pub fn locks(moduli: &Moduli<f64>) -> bool {
     moduli.lambda >= (LOCKS - ROUNDING) * 2.0 * (moduli.lambda + moduli.mu)
+}
+
+/// Functions per element on which the dilatation is projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DilatationSpace {
+    /// The constants.
+    Constant,
+    /// The linear functions of the reference position.
+    Linear,
+}
+
+impl DilatationSpace {
+    /// Number of functions in `dimension` dimensions.
+    pub fn size(self, dimension: usize) -> usize {
+        match self {
+            Self::Constant => 1,
+            Self::Linear => dimension + 1,
+        }
+    }
 }
 
 /// Points that integrate the volume terms.

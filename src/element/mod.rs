@@ -13,6 +13,7 @@ mod group;
 mod kinematics;
 mod loads;
 mod mass;
+mod projection;
 mod solid;
 mod step;
 mod stress;

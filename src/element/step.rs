@@ -7,9 +7,9 @@
 //! quadrature are conserved separately.
 
 use super::batch::{Batch, Sample, check};
-use super::dilatation::Dilatation;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
+use super::projection::Dilatation;
 use super::tangent::Wanted;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};

@@ -2,9 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::dilatation::Projection;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, reference_gradients};
+use super::projection::Projection;
 use super::viscous::in_space;
 use crate::material::{
     Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, MetricLaw, Overstress, Part,

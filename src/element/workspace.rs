@@ -2,8 +2,8 @@
 //! sums of a batch.
 
 use super::batch::Batch;
-use super::dilatation::Dilatation;
 use super::group::{ElementGroup, Pass};
+use super::projection::Dilatation;
 use super::tangent::Blocks;
 use super::{ElementSink, Request};
 use crate::lanes::{Lane, WIDTH};
