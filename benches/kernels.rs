@@ -44,10 +44,9 @@ fn variants<const D: usize>(kind: ElementKind) {
         ("mooney_rivlin", Kinematics::Finite),
         ("neo_hookean", Kinematics::Linear),
     ];
-    for ((law, kinematics), locking) in laws
-        .into_iter()
-        .flat_map(|law| [Locking::None, Locking::SelectiveReduced].map(|locking| (law, locking)))
-    {
+    for ((law, kinematics), locking) in laws.into_iter().flat_map(|law| {
+        [Locking::None, Locking::SelectiveReduced, Locking::MeanDilatation].map(|locking| (law, locking))
+    }) {
         if !locking.offered(kind) {
             continue;
         }

@@ -76,6 +76,7 @@ fn list_has_every_table() {
         "hex27",
         "neo_hookean",
         "selective_reduced",
+        "mean_dilatation",
         "cylinder",
         "penalty",
         "coulomb",

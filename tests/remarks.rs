@@ -68,6 +68,11 @@ fn locking_is_told_where_there_is_no_cure_on_1_and_2_ranks() {
         &told,
         &["locking: none of tri3", "'block' locks: tri3 elements", "quad4, quad8, quad9 or tri6"],
     );
+    let told = say(&element("tri6", "0.499"), 0);
+    assert_says(&told, &["pressures of tri6 elements of 'block'", "write `locking: mean_dilatation`"]);
+    let mixed = element("tri6", "0.499").replace("density:", "locking: mean_dilatation\n    density:");
+    let told = say(&mixed, 0);
+    assert!(told.contains("locking: mean_dilatation of tri6") && !told.contains("pressures of"), "{told}");
     for (name, ratio, cure) in
         [("quad4", "0.499", "selective_reduced"), ("quad4", "0.3", "none"), ("tri3", "0.3", "none")]
     {

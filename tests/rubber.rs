@@ -390,6 +390,8 @@ fn a_tumbling_block_keeps_energy_and_momentum() {
         ("hex8", 3, "none"),
         ("hex8", 3, "selective_reduced"),
         ("tet10", 3, "none"),
+        ("tet10", 3, "mean_dilatation"),
+        ("quad9", 2, "mean_dilatation"),
         ("quad4", 2, "selective_reduced"),
         ("quad8", 2, "selective_reduced"),
     ] {

@@ -74,6 +74,7 @@ fn a_ramp_and_its_relaxation_follow_the_series() {
         ("quad4", "long_term", "none"),
         ("quad4", "instantaneous", "selective_reduced"),
         ("quad8", "long_term", "selective_reduced"),
+        ("quad9", "long_term", "mean_dilatation"),
         ("quad9", "instantaneous", "none"),
         ("tri3", "instantaneous", "none"),
         ("tri6", "long_term", "none"),

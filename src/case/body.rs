@@ -238,9 +238,13 @@ impl Element {
         }
     }
 
-    /// Whether selective reduced integration applies.
-    pub fn offers_locking_cure(self) -> bool {
-        !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10)
+    /// Whether a treatment of locking applies.
+    pub fn offers(self, cure: Locking) -> bool {
+        match cure {
+            Locking::Auto | Locking::None => true,
+            Locking::SelectiveReduced => !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10),
+            Locking::MeanDilatation => !matches!(self, Self::Tri3 | Self::Tet4),
+        }
     }
 }
 
@@ -272,8 +276,24 @@ pub enum Locking {
     /// Integration of the lambda terms with one point less in each direction, of the mu terms at
     /// all points; for quadrilaterals and hexahedra.
     SelectiveReduced,
+    /// Mixed formulation: the volumetric energy at the mean dilatation of each element, or at its best
+    /// linear fit, with a discontinuous pressure that is condensed. For all elements except tri3 and
+    /// tet4, up to a Poisson's ratio of 0.4999.
+    MeanDilatation,
 }
 tagged!(Locking, "cure for locking");
+
+impl Locking {
+    /// The name in the case file, `mean_dilatation`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::None => "none",
+            Self::SelectiveReduced => "selective_reduced",
+            Self::MeanDilatation => "mean_dilatation",
+        }
+    }
+}
 
 /// Mass matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

@@ -71,6 +71,19 @@ impl<L: Lane, const D: usize, const STATES: usize> Batch<L, D, STATES> {
         self.volume = zero;
     }
 
+    /// Reference position of a point of the rule of a pass \[m\].
+    #[inline(always)]
+    pub fn place(&self, unit: L, pass: &Pass, q: usize) -> Row<L, D> {
+        let n = self.points.len();
+        let mut place = [unit.constant(0.0); D];
+        for (point, shape) in self.points.iter().zip(&pass.table.n[q * n..(q + 1) * n]) {
+            for i in 0..D {
+                place[i] = point[i].mul_add(unit.constant(*shape), place[i]);
+            }
+        }
+        place
+    }
+
     /// Moves to a sample: sets the slopes and returns the quantities that depend on geometry and
     /// displacement there.
     #[inline(always)]

@@ -1,10 +1,11 @@
 //! The strain energy of a group, computed in lanes and at the samples of the forces.
 
 use super::batch::Batch;
-use super::group::ElementGroup;
+use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
+use super::projection::Dilatation;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, PointEnergy};
+use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, PointEnergy, VolumeLaw};
 
 impl<const D: usize> ElementGroup<D> {
     /// Strain energy \[J\] (in 2D per metre of depth) of the elements with `mine[element]`.
@@ -63,11 +64,17 @@ impl<K: PointEnergy + ?Sized, const D: usize> LaneTask for Sum<'_, K, D> {
         let n = group.kind.nodes();
         let mut batch = Batch::<L, D, 1>::new(unit, group);
         let mut total = 0.0;
+        let mut terms = Dilatation::new(unit, group);
+        let volume_law = group.volume_law();
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
         for ((elements, nodes), points) in batches.zip(group.points.chunks_exact(n)) {
             batch.gather(unit, nodes, points, [u]);
             let mut sum = unit.constant(0.0);
             for (pass, law) in group.passes.iter().zip(&self.parts) {
+                if let Sampling::Projected(_) = pass.sampling {
+                    sum = sum + volume_energy(unit, &mut batch, pass, &mut terms, &volume_law);
+                    continue;
+                }
                 for q in 0..pass.samples() {
                     let sample = batch.locate(unit, pass, q);
                     sum = law.energy(&sample.grad_u[0]).mul_add(sample.volume, sum);
@@ -78,4 +85,27 @@ impl<K: PointEnergy + ?Sized, const D: usize> LaneTask for Sum<'_, K, D> {
         }
         total
     }
+}
+
+/// Energy of the volume terms of a batch at the projected dilatation.
+#[inline(always)]
+fn volume_energy<L: Lane, const D: usize>(
+    unit: L,
+    batch: &mut Batch<L, D, 1>,
+    pass: &Pass,
+    terms: &mut Dilatation<L, D>,
+    law: &VolumeLaw,
+) -> L {
+    for q in 0..pass.samples() {
+        let sample = batch.locate(unit, pass, q);
+        terms.projection.set(q, sample.volume, &batch.place(unit, pass, q));
+        terms.dilatation[q] = law.dilatation(&sample.grad_u[0]);
+    }
+    terms.projection.orthogonalize();
+    terms.projection.project(&mut terms.dilatation);
+    let mut sum = unit.constant(0.0);
+    for q in 0..pass.samples() {
+        sum = law.energy(terms.dilatation[q]).mul_add(terms.projection.volumes()[q], sum);
+    }
+    sum
 }

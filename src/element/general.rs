@@ -9,6 +9,7 @@
 
 use super::Inverted;
 use super::batch::{Sample, check};
+use super::group::Sampling;
 use super::tangent::Wanted;
 use super::viscous::{added_stress, in_plane, in_space};
 use super::workspace::{Job, Workspace};
@@ -54,6 +55,7 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
         // Elastic groups have a kernel without the viscous code.
         let viscous = if VISCOUS { viscous.zip(self.relaxing.as_deref()) } else { None };
         let n = group.kind.nodes();
+        let volume_law = group.volume_law();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
         let mut reserves = Vec::new();
@@ -64,6 +66,11 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
             reserves.clear();
             let mut point = 0;
             for (number, (pass, law)) in group.passes.iter().zip(&self.parts).enumerate() {
+                if let Sampling::Projected(_) = pass.sampling {
+                    work.add_volume_terms(unit, pass, &volume_law, wanted, point);
+                    point += pass.samples();
+                    continue;
+                }
                 let viscous = viscous.filter(|_| number == 0);
                 for q in 0..pass.samples() {
                     let sample = work.batch.locate(unit, pass, q);

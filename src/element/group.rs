@@ -1,6 +1,6 @@
 //! Groups of elements of one kind and one material, stored in lanes.
 
-use super::kinematics::VolumeRule;
+use super::kinematics::{DilatationSpace, VolumeRule};
 use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::lanes::WIDTH;
@@ -35,6 +35,8 @@ pub(super) enum Sampling {
     Points,
     /// Once, at the mean of the gradient over the rule, which is that of the first pass.
     Mean,
+    /// At each point of the full rule, with the projection of the dilatation on this space.
+    Projected(DilatationSpace),
 }
 
 /// Part of the law with its quadrature rule.
@@ -197,6 +199,9 @@ fn passes(kind: ElementKind, formulation: &Formulation) -> Result<Vec<Pass>> {
     let second = match formulation.locking.on(kind, &formulation.moduli()).volume_rule(kind)? {
         VolumeRule::Full => return Ok(vec![Pass::new(kind, full, Part::Whole)]),
         VolumeRule::Mean => Pass::mean(kind, Part::Volume),
+        VolumeRule::Projected(space) => {
+            Pass { sampling: Sampling::Projected(space), ..Pass::new(kind, full, Part::Volume) }
+        }
         VolumeRule::Of(sibling) => Pass::new(kind, reference(sibling).full_rule(), Part::Volume),
     };
     Ok(vec![Pass::new(kind, full, Part::Shear), second])

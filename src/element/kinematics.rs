@@ -35,6 +35,10 @@ pub enum Locking {
     /// element. On every quad4 and on hex8 with parallel sides this is the value at the centroid.
     /// On other hex8 the centroid would fail the patch test.
     SelectiveReduced,
+    /// Volume terms at the projection of the dilatation on the constant or linear functions of each
+    /// element (theory, section 3.8), which is a mixed formulation with a discontinuous pressure
+    /// that is condensed. The method is variational, so the tangent stays symmetric.
+    MeanDilatation,
 }
 
 /// Poisson's ratio from which on full integration locks.
@@ -49,7 +53,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Locking {
     /// Name and description of each, for lists and hints.
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
         (
             Self::Auto,
             "auto",
@@ -62,6 +66,12 @@ impl Locking {
             "selective_reduced",
             "full integration of shear terms, one point less in each direction for volume terms (quads and \
              hexes)",
+        ),
+        (
+            Self::MeanDilatation,
+            "mean_dilatation",
+            "mixed formulation with a discontinuous pressure, constant or linear in each element, which is \
+             condensed (all except tri3 and tet4)",
         ),
     ];
 
@@ -91,6 +101,22 @@ impl Locking {
             (Self::SelectiveReduced, ElementKind::Hex20 | ElementKind::Hex27) => {
                 Ok(VolumeRule::Of(ElementKind::Hex8))
             }
+            (
+                Self::MeanDilatation,
+                ElementKind::Quad4
+                | ElementKind::Quad8
+                | ElementKind::Hex8
+                | ElementKind::Hex20
+                | ElementKind::Tri6
+                | ElementKind::Tet10,
+            ) => Ok(VolumeRule::Projected(DilatationSpace::Constant)),
+            (Self::MeanDilatation, ElementKind::Quad9 | ElementKind::Hex27) => {
+                Ok(VolumeRule::Projected(DilatationSpace::Linear))
+            }
+            (Self::MeanDilatation, _) => {
+                let cure = "its one point is the mean already: use elements of second order, quads or hexes";
+                Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
+            }
             (Self::SelectiveReduced, _) => {
                 let cure = "use locking: auto or none, or quads and hexes";
                 Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
@@ -109,6 +135,25 @@ pub fn locks(moduli: &Moduli<f64>) -> bool {
     moduli.lambda >= (LOCKS - ROUNDING) * 2.0 * (moduli.lambda + moduli.mu)
 }
 
+/// Functions per element on which the dilatation is projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DilatationSpace {
+    /// The constants.
+    Constant,
+    /// The linear functions of the reference position.
+    Linear,
+}
+
+impl DilatationSpace {
+    /// Number of functions in `dimension` dimensions.
+    pub fn size(self, dimension: usize) -> usize {
+        match self {
+            Self::Constant => 1,
+            Self::Linear => dimension + 1,
+        }
+    }
+}
+
 /// Points that integrate the volume terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum VolumeRule {
@@ -118,6 +163,8 @@ pub(super) enum VolumeRule {
     Mean,
     /// The full rule of the linear element of the same shape.
     Of(ElementKind),
+    /// The full rule, with a projected dilatation.
+    Projected(DilatationSpace),
 }
 
 /// `sum_a v_a (x) s_a`. With the slopes `dN_a/dxi` and node positions it is `dX/dxi` \[m\], with

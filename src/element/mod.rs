@@ -5,6 +5,7 @@
 //! matrix formats, global numbers and processes.
 
 mod batch;
+mod dilatation;
 mod energy;
 mod evaluate;
 mod general;
@@ -12,6 +13,7 @@ mod group;
 mod kinematics;
 mod loads;
 mod mass;
+mod projection;
 mod solid;
 mod step;
 mod stress;

@@ -16,6 +16,7 @@ use std::marker::PhantomData;
 
 use super::Inverted;
 use super::batch::{Sample, check};
+use super::group::Sampling;
 use super::tangent::{Form, Tangent, Wanted, first_form};
 use super::viscous::added_stress;
 use super::workspace::{Job, Workspace};
@@ -43,6 +44,7 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
     fn run<L: Lane>(self, unit: L) -> Self::Output {
         let Job { group, u, viscous, request, sink } = self.job;
         let n = group.kind.nodes();
+        let volume_law = group.volume_law();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
@@ -50,6 +52,11 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
             work.gather(unit, nodes, points, u);
             let mut point = 0;
             for (number, pass) in group.passes.iter().enumerate() {
+                if let Sampling::Projected(_) = pass.sampling {
+                    work.add_volume_terms(unit, pass, &volume_law, wanted, point);
+                    point += pass.samples();
+                    continue;
+                }
                 let viscous = viscous.filter(|_| number == 0);
                 let moduli = self.moduli.part(pass.part);
                 let moduli = viscous.map_or(moduli, |viscous| stiffened(self.moduli, moduli, viscous.factor));

@@ -7,13 +7,16 @@
 //! quadrature are conserved separately.
 
 use super::batch::{Batch, Sample, check};
-use super::group::{ElementGroup, Pass};
+use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
+use super::projection::Dilatation;
 use super::tangent::Wanted;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{IsotropicLaw, Law, LawPart, LawTask, PointLaw, Response, StepMotion};
-use crate::square::{Row, Square, apply, apply_add, det_minus_one, dot, plus_one, product, scale_all};
+use crate::material::{IsotropicLaw, Law, LawPart, LawTask, PointLaw, StepMotion, VolumeLaw, VolumeStep};
+use crate::square::{
+    Row, Square, apply, apply_add, det_minus_one, dot, plus_one, product, scale_add, scale_all,
+};
 
 /// One evaluation of a group over a step.
 pub(super) struct StepJob<'a, const D: usize> {
@@ -79,6 +82,7 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
     fn run<L: Lane>(self, unit: L) -> Self::Output {
         let StepJob { group, u, request, sink } = self.job;
         let n = group.kind.nodes();
+        let volume_law = group.volume_law();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
         let mut reserves = Vec::new();
@@ -88,6 +92,11 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
             reserves.clear();
             let mut point = 0;
             for (pass, law) in group.passes.iter().zip(&self.parts) {
+                if let Sampling::Projected(_) = pass.sampling {
+                    work.add_volume_terms(unit, pass, &volume_law, wanted, point);
+                    point += pass.samples();
+                    continue;
+                }
                 for q in 0..pass.samples() {
                     let (volume, [start, middle]) = work.locate(unit, pass, q);
                     let motion = StepMotion::new(start, middle);
@@ -100,7 +109,8 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
                         None => law.stress_over_step(&motion),
                         Some(wanted) => {
                             let response = law.respond_step(&motion);
-                            work.add_stiffness::<K>(&motion, &response, volume, wanted);
+                            let change = LawOverStep::<K, L, D>(&response.tangent);
+                            work.add_stiffness(&motion, &response.second_piola, &change, volume, wanted);
                             response.second_piola
                         }
                     };
@@ -114,9 +124,44 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
     }
 }
 
+/// Change of a stress over a step with the strain at its end.
+trait StepChange<L, const D: usize> {
+    /// `dS` for a symmetric change of Green's strain.
+    fn contract(&self, strain: &Square<L, D>) -> Square<L, D>;
+}
+
+/// The tangent of a law over a step.
+struct LawOverStep<'a, K: PointLaw + ?Sized, L: Lane, const D: usize>(&'a K::StepTangent<L, D>);
+
+impl<K: PointLaw + ?Sized, L: Lane, const D: usize> StepChange<L, D> for LawOverStep<'_, K, L, D> {
+    #[inline(always)]
+    fn contract(&self, strain: &Square<L, D>) -> Square<L, D> {
+        K::contract_step(self.0, strain)
+    }
+}
+
+/// The stress of the volume terms at a constant pressure.
+struct VolumeOverStep<'a, L, const D: usize> {
+    step: &'a VolumeStep<L, D>,
+    pressure: L,
+}
+
+impl<L: Lane, const D: usize> StepChange<L, D> for VolumeOverStep<'_, L, D> {
+    #[inline(always)]
+    fn contract(&self, strain: &Square<L, D>) -> Square<L, D> {
+        scale_all(&self.step.contract(strain), self.pressure)
+    }
+}
+
 /// Buffers of the loop over a group, allocated once per evaluation.
 struct Workspace<L, const D: usize> {
     batch: Batch<L, D, 2>,
+    dilatation: Dilatation<L, D>,
+    /// The dilatation at the start of the step at the points, then its projection.
+    dilatation_start: Vec<L>,
+    /// Derivative of the projected dilatation at the end by the displacement in the middle,
+    /// `[k * nodes + a]`.
+    flux_end: Vec<Row<L, D>>,
     /// `g_a` at the current sample [1/m].
     gradients: Vec<Row<L, D>>,
     force: Vec<Row<L, D>>,
@@ -132,8 +177,12 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     fn new(unit: L, group: &ElementGroup<D>) -> Self {
         let n = group.kind.nodes();
         let zero = unit.constant(0.0);
+        let dilatation = Dilatation::new(unit, group);
         Self {
             batch: Batch::new(unit, group),
+            dilatation_start: dilatation.dilatation.clone(),
+            flux_end: dilatation.flux.clone(),
+            dilatation,
             gradients: vec![[zero; D]; n],
             force: vec![[zero; D]; n],
             blocks: vec![[[zero; D]; D]; n * n],
@@ -171,16 +220,17 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     }
 
     #[inline(always)]
-    fn add_stiffness<K: PointLaw + ?Sized>(
+    fn add_stiffness(
         &mut self,
         motion: &StepMotion<L, D>,
-        response: &Response<L, K::StepTangent<L, D>, D>,
+        second_piola: &Square<L, D>,
+        change: &impl StepChange<L, D>,
         volume: L,
         wanted: Wanted<L>,
     ) {
         let n = self.gradients.len();
         let f_end = plus_one(&motion.end);
-        let stress = scale_all(&response.second_piola, volume * wanted.geometric);
+        let stress = scale_all(second_piola, volume * wanted.geometric);
         let carrier = scale_all(&plus_one(&motion.middle), volume * wanted.material);
         for b in 0..n {
             let gradient = self.gradients[b];
@@ -194,7 +244,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
                         strain[k][l] = row[k].mul_add(gradient[l], gradient[k] * row[l]);
                     }
                 }
-                *column = product(&carrier, &K::contract_step(&response.tangent, &strain));
+                *column = product(&carrier, &change.contract(&strain));
             }
             for a in 0..n {
                 let test = self.gradients[a];
@@ -205,6 +255,85 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
                         block[i][j] = block[i][j] + dot(&column[i], &test);
                     }
                     block[j][j] = block[j][j] + isotropic;
+                }
+            }
+        }
+    }
+
+    /// Adds the volume terms of a batch, with the pressure `p = P (U_end - U_start) / (s_end - s_start)`
+    /// and the stress `p G` of [`VolumeStep`]. The projection is symmetric, so their work is the change
+    /// of the energy. `first` is the number of the first point of the pass.
+    #[inline(always)]
+    fn add_volume_terms(
+        &mut self,
+        unit: L,
+        pass: &Pass,
+        law: &VolumeLaw,
+        wanted: Option<Wanted<L>>,
+        first: usize,
+    ) {
+        let n = self.gradients.len();
+        for q in 0..pass.samples() {
+            let Sample { volume, grad_u: [start, middle], .. } = self.batch.locate(unit, pass, q);
+            let motion = StepMotion::new(start, middle);
+            let terms = &mut self.dilatation;
+            terms.projection.set(q, volume, &self.batch.place(unit, pass, q));
+            self.dilatation_start[q] = law.dilatation(&motion.start);
+            terms.dilatation[q] = law.dilatation(&motion.end);
+        }
+        let terms = &mut self.dilatation;
+        terms.projection.orthogonalize();
+        terms.projection.project(&mut self.dilatation_start);
+        terms.projection.project(&mut terms.dilatation);
+        for q in 0..pass.samples() {
+            let [slope, curvature] = law.slope_over_step(self.dilatation_start[q], terms.dilatation[q]);
+            terms.pressure[q] = slope;
+            terms.curvature[q] = curvature;
+            self.det_f[first + q] = law.volume_ratio(terms.dilatation[q]).lanes();
+        }
+        terms.projection.project(&mut terms.pressure);
+        terms.flux.fill([unit.constant(0.0); D]);
+        self.flux_end.fill([unit.constant(0.0); D]);
+        for q in 0..pass.samples() {
+            let (volume, [start, middle]) = self.locate(unit, pass, q);
+            let motion = StepMotion::new(start, middle);
+            let step = law.over_step(&motion);
+            let pressure = self.dilatation.pressure[q];
+            let stress = scale_all(&step.gradient, pressure);
+            let f_middle = plus_one(&middle);
+            self.add_force(&f_middle, &stress, volume);
+            let Some(wanted) = wanted else { continue };
+            let change = VolumeOverStep { step: &step, pressure };
+            self.add_stiffness(&motion, &stress, &change, volume, wanted);
+            let force = product(&f_middle, &step.gradient);
+            // The end moves twice as far as the middle.
+            let end = scale_all(&law.gradient(&motion.end), unit.constant(2.0));
+            let terms = &mut self.dilatation;
+            for k in 0..terms.projection.size() {
+                let share = terms.projection.basis[k * pass.samples() + q] * volume;
+                let [force, end] = [scale_all(&force, share), scale_all(&end, share)];
+                for a in 0..n {
+                    let (flux, flux_end) = (&mut terms.flux[k * n + a], &mut self.flux_end[k * n + a]);
+                    *flux = apply_add(&force, &self.gradients[a], flux);
+                    *flux_end = apply_add(&end, &self.gradients[a], flux_end);
+                }
+            }
+        }
+        let Some(wanted) = wanted else { return };
+        let terms = &self.dilatation;
+        let curvatures = terms.projection.curvatures(&terms.curvature);
+        for k in 0..terms.projection.size() {
+            for b in 0..n {
+                let mut row = [unit.constant(0.0); D];
+                for l in 0..terms.projection.size() {
+                    row = scale_add(&self.flux_end[l * n + b], curvatures[k][l] * wanted.material, &row);
+                }
+                for a in 0..n {
+                    let flux = &terms.flux[k * n + a];
+                    let block = &mut self.blocks[a * n + b];
+                    for i in 0..D {
+                        block[i] = scale_add(&row, flux[i], &block[i]);
+                    }
                 }
             }
         }

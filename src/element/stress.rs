@@ -4,13 +4,17 @@ use nalgebra::DMatrix;
 
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, reference_gradients};
+use super::projection::Projection;
 use super::viscous::in_space;
 use crate::material::{
     Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, MetricLaw, Overstress, Part,
+    VolumeLaw, Volumetric,
 };
 use crate::mesh::ElementKind;
 use crate::space::reference;
-use crate::square::{Square, det_minus_one, plus_one, product, sum, trace, transpose};
+use crate::square::{
+    Square, det_minus_one, diagonal, outer_gram, plus_one, product, scale_all, sum, trace, transpose,
+};
 
 /// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz`. In plane strain `zz` is the
 /// stress that enforces zero normal strain.
@@ -67,7 +71,7 @@ impl<const D: usize> ElementGroup<D> {
     /// `receive(index, stress)`.
     ///
     /// If volume terms have a separate rule, their stress is fitted on that rule and added at every
-    /// point.
+    /// point. The stress of a projected dilatation is the pressure of the forces.
     pub fn stress(&self, u: &[f64], receive: impl FnMut(usize, &ElementStress)) {
         self.viscous_stress(u, None, receive);
     }
@@ -84,6 +88,9 @@ impl<const D: usize> ElementGroup<D> {
         let mut element = Element::new(self.kind);
         let mut stress = ElementStress::default();
         let mut states = Vec::new();
+        let law = self.volume_law();
+        let mut projection = Projection::new(0.0, &self.passes[self.passes.len() - 1]);
+        let mut pressures = Vec::new();
         for index in 0..self.elements.len() {
             element.load(self, index, u);
             stress.points.clear();
@@ -95,11 +102,19 @@ impl<const D: usize> ElementGroup<D> {
                 states.clear();
                 let mut volume = 0.0;
                 let mut mean = CauchyState::default();
+                let projected = matches!(pass.sampling, Sampling::Projected(_));
+                if projected {
+                    element.pressures(pass, &law, &mut projection, &mut pressures);
+                }
                 for q in 0..pass.samples() {
                     let (grad_u, weight) = element.gradient(pass, q);
                     let added = viscous.filter(|_| number == 0);
                     let added = added.map(|viscous| self.added(viscous, index, q, &grad_u));
-                    let mut state = self.state(pass.part, &grad_u, added);
+                    let mut state = if projected {
+                        volume_state(&law, &grad_u, pressures[q])
+                    } else {
+                        self.state(pass.part, &grad_u, added)
+                    };
                     if number > 0 {
                         // The first pass already includes the volume ratio.
                         state.det_f = 0.0;
@@ -151,6 +166,19 @@ impl<const D: usize> ElementGroup<D> {
         let kirchhoff = product(&product(&f, &second_piola), &transpose(&f));
         CauchyState { cauchy: components(&kirchhoff, 1.0 / det_f), det_f }
     }
+}
+
+/// Cauchy stress of the volume terms with the pressure `p`: `p ds/dF F^T / J`. The volume ratio is zero.
+fn volume_state<const D: usize>(law: &VolumeLaw, grad_u: &Square<f64, D>, pressure: f64) -> CauchyState {
+    let solid = in_space(grad_u);
+    let cauchy = match law.form {
+        // The gradient of J is J F^-T, that of the small strain 1.
+        Volumetric::Rubber | Volumetric::Logarithmic | Volumetric::SmallTrace => diagonal(pressure),
+        Volumetric::GreenTrace => {
+            scale_all(&outer_gram(&plus_one(&solid)), pressure / (1.0 + det_minus_one(&solid)))
+        }
+    };
+    CauchyState { cauchy: components(&cauchy, 1.0), det_f: 0.0 }
 }
 
 /// The second Piola stress of a part of a law \[Pa\].
@@ -209,7 +237,7 @@ impl<const D: usize> Element<D> {
     /// Displacement gradient and volume of sample `q` of `pass`.
     fn gradient(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {
         match pass.sampling {
-            Sampling::Points => self.gradient_at(pass, q),
+            Sampling::Points | Sampling::Projected(_) => self.gradient_at(pass, q),
             Sampling::Mean => {
                 let mut mean = [[0.0; D]; D];
                 let mut volume = 0.0;
@@ -223,6 +251,32 @@ impl<const D: usize> Element<D> {
                 (mean.map(|row| row.map(|value| value / volume)), volume)
             }
         }
+    }
+
+    /// The pressures of the volume terms at the points of a pass with a projected dilatation \[Pa\].
+    fn pressures(
+        &mut self,
+        pass: &Pass,
+        law: &VolumeLaw,
+        projection: &mut Projection<f64, D>,
+        pressures: &mut Vec<f64>,
+    ) {
+        pressures.clear();
+        let n = self.points.len();
+        for q in 0..pass.samples() {
+            let (grad_u, volume) = self.gradient_at(pass, q);
+            let shapes = &pass.table.n[q * n..(q + 1) * n];
+            let of = |i: usize| self.points.iter().zip(shapes).map(|(point, shape)| shape * point[i]).sum();
+            projection.set(q, volume, &std::array::from_fn(of));
+            pressures.push(law.dilatation(&grad_u));
+        }
+        projection.orthogonalize();
+        projection.project(pressures);
+        for value in pressures.iter_mut() {
+            let [slope, _] = law.slope_and_curvature(*value);
+            *value = slope;
+        }
+        projection.project(pressures);
     }
 
     fn gradient_at(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {

@@ -99,7 +99,7 @@ impl<L: Lane, const D: usize> Tangent<L, D> {
 /// The stiffness of a batch during summation and output.
 pub(super) struct Blocks<L, const D: usize> {
     /// `h_a`.
-    mapped: Vec<Row<L, D>>,
+    pub mapped: Vec<Row<L, D>>,
     /// Blocks `(a, b)`, `b >= a`, row by row.
     upper: Vec<Square<L, D>>,
     /// Full matrices, one after the other.
@@ -232,6 +232,55 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
                     }
                 }
                 *block = sum;
+            }
+        }
+    }
+
+    /// Adds `weight (h_a h_b^T - h_b h_a^T)` for the mapped slopes `h_a`.
+    #[inline(always)]
+    pub fn add_skew(&mut self, weight: L) {
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..self.mapped.len() {
+            let h_a = scale(&self.mapped[a], weight);
+            // The block (a, a) vanishes.
+            blocks.next();
+            for (h_b, block) in self.mapped[a + 1..].iter().zip(blocks.by_ref()) {
+                for i in 0..D {
+                    for j in i + 1..D {
+                        let entry = h_a[i].mul_add(h_b[j], -(h_a[j] * h_b[i]));
+                        block[i][j] = block[i][j] + entry;
+                        block[j][i] = block[j][i] - entry;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds `(s_a . metric s_b) 1`.
+    #[inline(always)]
+    pub fn add_isotropic(&mut self, slopes: &[Row<L, D>], metric: &Square<L, D>) {
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..slopes.len() {
+            let metric_a = apply(metric, &slopes[a]);
+            for (slope_b, block) in slopes[a..].iter().zip(blocks.by_ref()) {
+                let isotropic = dot(&metric_a, slope_b);
+                for i in 0..D {
+                    block[i][i] = block[i][i] + isotropic;
+                }
+            }
+        }
+    }
+
+    /// Adds `h_a r_b^T` for mapped slopes `h_a` and rows `r_b` whose sums over all calls are symmetric.
+    #[inline(always)]
+    pub fn add_outer(&mut self, rows: &[Row<L, D>]) {
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..rows.len() {
+            let h_a = self.mapped[a];
+            for (row, block) in rows[a..].iter().zip(blocks.by_ref()) {
+                for i in 0..D {
+                    block[i] = scale_add(row, h_a[i], &block[i]);
+                }
             }
         }
     }

@@ -3,6 +3,7 @@
 
 use super::batch::Batch;
 use super::group::{ElementGroup, Pass};
+use super::projection::Dilatation;
 use super::tangent::Blocks;
 use super::{ElementSink, Request};
 use crate::lanes::{Lane, WIDTH};
@@ -24,6 +25,7 @@ pub(super) struct Workspace<L, const D: usize> {
     pub batch: Batch<L, D, 1>,
     pub force: Vec<Row<L, D>>,
     pub blocks: Blocks<L, D>,
+    pub dilatation: Dilatation<L, D>,
     /// One entry for each quadrature point of all passes.
     pub det_f: Vec<[f64; WIDTH]>,
     force_out: Vec<f64>,
@@ -37,6 +39,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             batch: Batch::new(unit, group),
             force: vec![[unit.constant(0.0); D]; n],
             blocks: Blocks::new(unit, n),
+            dilatation: Dilatation::new(unit, group),
             det_f: vec![[0.0; WIDTH]; group.passes.iter().map(Pass::samples).sum()],
             force_out: vec![0.0; WIDTH * n * D],
         }

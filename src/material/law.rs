@@ -1,7 +1,7 @@
 //! What the program needs of a hyperelastic law. All of it is a pure function of the displacement gradient at one point.
 
 use super::step::StepMotion;
-use super::{InvariantEnergy, MetricLaw, Moduli, Part, Potential, SAMPLE};
+use super::{InvariantEnergy, MetricLaw, Moduli, Part, Potential, SAMPLE, Volumetric};
 use crate::composed::LaneWise;
 use crate::lanes::{RatioSlope, Real};
 use crate::reader::findings::Findings;
@@ -9,6 +9,9 @@ use crate::square::Square;
 
 /// The parameters of a law as a case writes them.
 pub trait Parameters: Potential + Copy {
+    /// Form of the energy of [`Part::Volume`], whose modulus is `lambda` of [`moduli`](Self::moduli).
+    const VOLUMETRIC: Volumetric = Volumetric::Rubber;
+
     /// Says what is wrong with the parameters. A law whose parameters passed has a positive shear and bulk modulus.
     fn check(&self, findings: &mut Findings);
 

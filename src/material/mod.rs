@@ -25,6 +25,7 @@ pub mod step;
 #[cfg(test)]
 mod tests;
 mod uniaxial;
+mod volumetric;
 
 pub use deviator::{Deviator, DeviatorTangent, FiniteDeviator, LinearDeviator};
 pub use hooke::Hooke;
@@ -39,6 +40,7 @@ pub use potential::Potential;
 pub use prony::{GivenModuli, MaxwellBranch, Overstress, PronySeries};
 pub use step::StepMotion;
 pub use uniaxial::Uniaxial;
+pub use volumetric::{VolumeLaw, VolumeStep, Volumetric};
 
 use crate::error::{Error, Result};
 use crate::reader::findings::Findings;
@@ -82,6 +84,13 @@ macro_rules! materials {
             pub fn moduli(&self) -> Moduli<f64> {
                 match self {
                     $(Self::$law(law) => law.moduli(),)+
+                }
+            }
+
+            /// Form of the volumetric energy.
+            pub fn volumetric(&self) -> Volumetric {
+                match self {
+                    $(Self::$law(_) => <$law as Parameters>::VOLUMETRIC,)+
                 }
             }
         }

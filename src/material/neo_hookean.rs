@@ -7,7 +7,7 @@ use super::check::check_engineering;
 use super::step::mean_cofactor_minus_one;
 use super::{
     Law, LawTask, Metric, MetricLaw, MetricResponse, MetricTangent, Moduli, Parameters, Part, Potential,
-    Response, StepMotion,
+    Response, StepMotion, Volumetric,
 };
 use crate::lanes::{RatioSlope, Real};
 use crate::reader::findings::Findings;
@@ -28,6 +28,8 @@ pub struct NeoHookean {
 }
 
 impl Parameters for NeoHookean {
+    const VOLUMETRIC: Volumetric = Volumetric::Logarithmic;
+
     fn check(&self, findings: &mut Findings) {
         check_engineering(self.young_modulus, self.poisson_ratio, findings);
     }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::check::check_engineering;
 use super::{
     Law, LawTask, Metric, MetricLaw, MetricResponse, Moduli, Parameters, Part, Potential, Response,
-    StepMotion,
+    StepMotion, Volumetric,
 };
 use crate::lanes::{RatioSlope, Real};
 use crate::reader::findings::Findings;
@@ -26,6 +26,8 @@ pub struct SaintVenantKirchhoff {
 }
 
 impl Parameters for SaintVenantKirchhoff {
+    const VOLUMETRIC: Volumetric = Volumetric::GreenTrace;
+
     fn check(&self, findings: &mut Findings) {
         check_engineering(self.young_modulus, self.poisson_ratio, findings);
     }

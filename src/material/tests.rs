@@ -355,3 +355,45 @@ fn the_table_names_the_laws() {
     let unknown = Material::named("rubber", 1.0, 0.3).unwrap_err();
     assert!(unknown.message.contains("known: neo_hookean, saint_venant_kirchhoff"), "{unknown}");
 }
+
+struct VolumeEnergy;
+impl LawTest for VolumeEnergy {
+    fn check<P: Law, const D: usize>(name: &str, constants: &P::Constants, moduli: Moduli<f64>) {
+        if moduli.mu > 0.0 {
+            return;
+        }
+        let law = VolumeLaw { form: P::VOLUMETRIC, lambda: moduli.lambda };
+        let (h, d) = (gradient::<D>(0.25, 31), gradient::<D>(0.1, 32));
+        let same = P::energy(constants, &h) - law.energy(law.dilatation(&h));
+        assert!(same.abs() < 1e-14, "{name}: {same}");
+        // The gradient of the dilatation, and both derivatives of the energy.
+        let moved = |x: &[f64]| sum(&h, &scale_all(&d, x[0]));
+        let dilatation = |x: &[f64]| vec![law.dilatation(&moved(x))];
+        let by_gradient = |x: &[f64], y: &[f64]| vec![y[0] * double_dot(&law.gradient(&moved(x)), &d)];
+        assert!(taylor_rate(dilatation, by_gradient, &[0.0], &[1.0]) > 1.9, "{name}");
+        let energy = |x: &[f64]| vec![law.energy(x[0])];
+        let slope = |x: &[f64]| law.slope_and_curvature(x[0])[0];
+        assert!(taylor_rate(energy, |x, y| vec![slope(x) * y[0]], &[0.3], &[0.5]) > 1.9, "{name}");
+        let curvature = |x: &[f64], y: &[f64]| vec![law.slope_and_curvature(x[0])[1] * y[0]];
+        assert!(taylor_rate(|x| vec![slope(x)], curvature, &[0.3], &[0.5]) > 1.9, "{name}");
+        // Over a step.
+        let motion = StepMotion::new(h, sum(&h, &d));
+        let [start, end] = [&motion.start, &motion.end].map(|h| law.dilatation(h));
+        let change = law.slope_over_step(start, end)[0] * (end - start);
+        assert!((change - (law.energy(end) - law.energy(start))).abs() < 1e-15, "{name}: {change}");
+        let strain = |h| green_strain::<f64, D>(h);
+        let strained = sum(&strain(&motion.end), &scale_all(&strain(&motion.start), -1.0));
+        let gradient = law.over_step(&motion).gradient;
+        assert!((double_dot(&gradient, &strained) - (end - start)).abs() < 1e-15, "{name}");
+        let over_step = |x: &[f64]| vec![law.slope_over_step(start, x[0])[0]];
+        let by_end = |x: &[f64], y: &[f64]| vec![law.slope_over_step(start, x[0])[1] * y[0]];
+        assert!(taylor_rate(over_step, by_end, &[end], &[0.3]) > 1.9, "{name}");
+    }
+}
+
+/// The volumetric energy is a function of the dilatation in every law, and its derivatives and slopes
+/// over a step are consistent.
+#[test]
+fn the_volume_part_is_a_function_of_the_dilatation() {
+    for_every_law(VolumeEnergy);
+}

@@ -302,6 +302,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Locking::Auto => Locking::Auto,
             case::Locking::None => Locking::None,
             case::Locking::SelectiveReduced => Locking::SelectiveReduced,
+            case::Locking::MeanDilatation => Locking::MeanDilatation,
         },
         density: body.density.map_or(0.0, |density| density.value),
     };

@@ -13,7 +13,7 @@ const CUBES: [(&str, &str); 4] = [
     ("cells: [10, 10, 10]", "cells: [3, 3, 2]"),
     ("cells: [8, 8, 8]", "cells: [2, 2, 1]"),
     ("end: 0.01,", "end: 0.0015,"),
-    ("selective_reduced", "none"),
+    ("selective_reduced", "mean_dilatation"),
 ];
 
 /// A scene with an element in place of the shipped one.

@@ -148,12 +148,18 @@ impl Check<'_> {
             self.found
                 .say(element.place, format!("{name} is an element of {its}D, the case has {dimension}D"));
         }
-        if locking == Locking::SelectiveReduced && !element.value.offers_locking_cure() {
-            self.found.say(element.place, format!("{name} does not support selective_reduced"));
-            self.found.cure(
-                "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or change the \
-                 element",
-            );
+        if !element.value.offers(locking) {
+            self.found.say(element.place, format!("{name} does not support {}", locking.name()));
+            self.found.cure(match locking {
+                Locking::SelectiveReduced => {
+                    "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or change the \
+                     element"
+                }
+                _ => {
+                    "a linear triangle or tetrahedron has one value of the volume, which is its mean already; \
+                     use tri6 or tet10, quadrilaterals or hexahedra"
+                }
+            });
         }
     }
 }

@@ -5,6 +5,7 @@ mod consistency;
 mod exactness;
 mod lanes;
 mod loads;
+mod mixed;
 mod step;
 mod viscous;
 

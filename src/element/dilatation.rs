@@ -1,0 +1,113 @@
+//! Volume terms at a projected dilatation (theory, section 3.8).
+//!
+//! The volumetric energy of an element is `int U(s_h) dV`, where `s_h` is the projection in `L2` of the
+//! dilatation `s`, which is `J - 1` for most laws, on the constant functions of the element or on the
+//! linear functions of the reference position. With the symmetric projection `P`, the derivative is
+//!
+//! `int p ds/dF : grad(du) dV` with the pressure `p = P U'(s_h)`,
+//!
+//! and the second derivative adds to the terms at the points an update of the rank of the space. Nothing
+//! is solved: the functions are orthogonal at the points of the full rule.
+
+use super::group::Pass;
+use super::tangent::Wanted;
+use super::workspace::Workspace;
+use crate::lanes::Lane;
+use crate::material::{VolumeLaw, Volumetric};
+use crate::square::{apply, apply_add, inner_gram, product, scale_all};
+
+impl<L: Lane, const D: usize> Workspace<L, D> {
+    /// Adds the volume terms of a batch. `first` is the number of the first point of the pass.
+    #[inline(always)]
+    pub fn add_volume_terms(
+        &mut self,
+        unit: L,
+        pass: &Pass,
+        law: &VolumeLaw,
+        wanted: Option<Wanted<L>>,
+        first: usize,
+    ) {
+        let n = self.force.len();
+        let terms = &mut self.dilatation;
+        for q in 0..pass.samples() {
+            let sample = self.batch.locate(unit, pass, q);
+            terms.projection.set(q, sample.volume, &self.batch.place(unit, pass, q));
+            terms.dilatation[q] = law.dilatation(&sample.grad_u[0]);
+        }
+        terms.projection.orthogonalize();
+        terms.projection.project(&mut terms.dilatation);
+        for q in 0..pass.samples() {
+            let [slope, curvature] = law.slope_and_curvature(terms.dilatation[q]);
+            terms.pressure[q] = slope;
+            terms.curvature[q] = curvature;
+            self.det_f[first + q] = law.volume_ratio(terms.dilatation[q]).lanes();
+        }
+        terms.projection.project(&mut terms.pressure);
+        terms.flux.fill([unit.constant(0.0); D]);
+        for q in 0..pass.samples() {
+            let sample = self.batch.locate(unit, pass, q);
+            let grad_u = &sample.grad_u[0];
+            let map = product(&law.gradient(grad_u), &sample.map);
+            let weight = terms.pressure[q] * sample.volume;
+            let slopes = &self.batch.slopes;
+            let Some(wanted) = wanted else {
+                let weighted = scale_all(&map, weight);
+                for (force, slope) in self.force.iter_mut().zip(slopes) {
+                    *force = apply_add(&weighted, slope, force);
+                }
+                continue;
+            };
+            for (mapped, slope) in self.blocks.mapped.iter_mut().zip(slopes) {
+                *mapped = apply(&map, slope);
+            }
+            for a in 0..n {
+                let mapped = self.blocks.mapped[a];
+                let force = &mut self.force[a];
+                for i in 0..D {
+                    force[i] = weight.mul_add(mapped[i], force[i]);
+                }
+                for k in 0..terms.projection.size() {
+                    let share = terms.projection.basis[k * pass.samples() + q] * sample.volume;
+                    let flux = &mut terms.flux[k * n + a];
+                    for i in 0..D {
+                        flux[i] = share.mul_add(mapped[i], flux[i]);
+                    }
+                }
+            }
+            match law.form {
+                // d2J = (h_a h_b^T - h_b h_a^T) / J with the cofactors h; its part in K_S is
+                // (h_a . h_b) / J.
+                Volumetric::Rubber | Volumetric::Logarithmic => {
+                    let ratio = law.volume_ratio(law.dilatation(grad_u));
+                    let weight = weight * ratio.recip();
+                    self.blocks.add_skew(weight * wanted.material);
+                    let apart = wanted.geometric - wanted.material;
+                    if !apart.vanishes() {
+                        self.blocks.add_isotropic(slopes, &scale_all(&inner_gram(&map), weight * apart));
+                    }
+                }
+                Volumetric::GreenTrace => {
+                    let metric = scale_all(&inner_gram(&sample.map), weight * wanted.geometric);
+                    self.blocks.add_isotropic(slopes, &metric);
+                }
+                Volumetric::SmallTrace => {}
+            }
+        }
+        if let Some(wanted) = wanted {
+            let curvatures = terms.projection.curvatures(&terms.curvature);
+            for k in 0..terms.projection.size() {
+                // The row of H times the fluxes takes the place of the mapped slopes.
+                self.blocks.mapped.fill([unit.constant(0.0); D]);
+                for l in 0..terms.projection.size() {
+                    let factor = curvatures[k][l] * wanted.material;
+                    for (sum, flux) in self.blocks.mapped.iter_mut().zip(&terms.flux[l * n..(l + 1) * n]) {
+                        for i in 0..D {
+                            sum[i] = factor.mul_add(flux[i], sum[i]);
+                        }
+                    }
+                }
+                self.blocks.add_outer(&terms.flux[k * n..(k + 1) * n]);
+            }
+        }
+    }
+}
