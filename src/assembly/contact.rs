@@ -128,6 +128,11 @@ impl<const D: usize> LocalContact<D> {
         self.pair.contact.target.obstacle()
     }
 
+    /// Whether both sides carry tractions as contactors, so that the forces of a pair enter twice.
+    pub fn is_two_sided(&self) -> bool {
+        self.pair.contact.share != 1.0
+    }
+
     /// The target, with the motion of the step.
     pub fn target(&self) -> &ContactTarget<D> {
         &self.pair.contact.target

@@ -51,6 +51,7 @@ pub use elastic::ElasticSupports;
 pub use free_bodies::{RigidVelocity, Turn};
 pub use holding::Holding;
 pub use initial_velocity::set_velocity;
+pub use observed::ContactResultants;
 pub use memory::{NamedFields, StoredSources, StoredState, SystemState, state_tables};
 pub use solid::SolidElements;
 pub use soundness::unsound_state;

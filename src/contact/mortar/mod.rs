@@ -14,6 +14,7 @@
 //! - [`kernel`] evaluates the laws of a vertex.
 //! - [`contact`] combines them, and `over_step` does so for the conserving scheme. `moving` does so
 //!   over a moving rigid body.
+//! - [`resultant`] adds up the forces on the contactor for output.
 
 mod broad_phase;
 pub mod candidates;
@@ -31,6 +32,7 @@ mod overlap;
 mod parametric;
 mod polygon;
 mod products;
+pub mod resultant;
 pub mod segment;
 pub mod shape;
 pub mod split;

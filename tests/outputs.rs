@@ -1,0 +1,110 @@
+//! Quantities that complete runs report, against known values: moments and centres of pressure.
+
+mod common;
+
+use common::Results;
+
+/// Checks numbers against known ones, relative to the largest of those.
+#[track_caller]
+fn near(found: &[f64], known: &[f64], tolerance: f64) {
+    let scale = known.iter().fold(f64::MIN_POSITIVE, |most: f64, value| most.max(value.abs()));
+    assert_eq!(found.len(), known.len());
+    let fits = found.iter().zip(known).all(|(a, b)| (a - b).abs() <= tolerance * scale);
+    assert!(fits, "{found:?}, expected {known:?}");
+}
+
+/// A block whose top is loaded more on one side stands on a floor without friction.
+const ECCENTRIC: &str = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [1, 0.5], cells: [3, 2], element: KIND } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e11, poisson_ratio: 0.3 } }
+    kinematics: linear
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact: { sole: { contactor: block.bottom, target: floor, normal: { penalty: { compliance: 1.0e-12 } } } }
+boundary:
+  guide: { on: block.top, displacement: { x: 0 } }
+  load: { on: block.top, traction: { y: '-1.0e4 * (1 + x)' } }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+";
+
+/// The centre of pressure lies below the resultant of an eccentric load, to the accuracy of the balance
+/// and with every element on a coarse mesh, and the moment about the origin is that of the load.
+#[test]
+fn the_centre_of_pressure_is_below_an_eccentric_load() {
+    for (kind, ranks) in [("quad4", 1), ("quad8", 3), ("tri3", 2), ("tri6", 1)] {
+        let contact = Results::of(&ECCENTRIC.replace("KIND", kind), ranks).table("contact.csv");
+        let [force, at] = [1.5e4, 5.0 / 9.0];
+        near(&[contact.last("force_n"), contact.last("moment_z")], &[force, force * at], 1e-5);
+        near(&[contact.last("centre_of_pressure_x")], &[at], 1e-5);
+        assert!(contact.last("centre_of_pressure_y").abs() < 1e-5);
+        // The contact is open at the start.
+        assert!(contact.numbers("centre_of_pressure_x")[0].is_nan());
+        assert_eq!(contact.numbers("moment_z")[0], 0.0);
+    }
+}
+
+/// In space the load is eccentric along both axes.
+#[test]
+fn the_centre_of_pressure_in_space() {
+    let space = ECCENTRIC
+        .replace("dimension: 2", "dimension: 3")
+        .replace("min: [0, 0], max: [1, 0.5], cells: [3, 2]", "min: [0, 0, 0], max: [1, 1, 0.5], cells: [3, 2, 2]")
+        .replace("point: [0, 0], normal: [0, 1]", "point: [0, 0, 0], normal: [0, 0, 1]")
+        .replace("displacement: { x: 0 }", "displacement: { x: 0, y: 0 }")
+        .replace("traction: { y: '-1.0e4 * (1 + x)' }", "traction: { z: '-1.0e4 * (1 + x + 2 * y)' }");
+    for (kind, ranks) in [("hex8", 2), ("tet4", 1), ("hex20", 3)] {
+        let contact = Results::of(&space.replace("KIND", kind), ranks).table("contact.csv");
+        let [force, x, y] = [2.5e4, 8.0 / 15.0, 17.0 / 30.0];
+        let moment = ["moment_x", "moment_y", "moment_z"].map(|column| contact.last(column));
+        near(&moment, &[force * y, -force * x, 0.0], 1e-5);
+        let centre = ["x", "y", "z"].map(|axis| contact.last(&format!("centre_of_pressure_{axis}")));
+        near(&centre, &[x, y, 0.0], 1e-5);
+    }
+}
+
+/// A block that is pressed, bent and dragged on another one, whose lower side is clamped.
+const DRAGGED: &str = "
+dimension: 2
+bodies:
+  lower:
+    mesh: { box: { min: [0, 0], max: [1.2, 0.4], cells: [7, 2], element: quad4 } }
+    material: { neo_hookean: { young_modulus: 1.0e7, poisson_ratio: 0.3 } }
+  upper:
+    mesh: { box: { min: [0.2, 0.4], max: [0.9, 0.8], cells: [5, 3], element: ELEMENT } }
+    material: { neo_hookean: { young_modulus: 2.0e7, poisson_ratio: 0.3 } }
+contact:
+  pair:
+    contactor: upper.bottom
+    target: lower.top
+    normal: { penalty: { compliance: 1.0e-10 } }
+    friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 1.0e10 } } }
+boundary:
+  clamp: { on: lower.bottom, displacement: { x: 0, y: 0 } }
+  drag: { on: upper.top, displacement: { x: '0.02 * t', y: '-0.01 * (1 + 0.3 * x) * t' } }
+time: { end: 1, scheme: { static: { increments: 4 } } }
+solver: { newton: { tolerance: 1.0e-10 } }
+";
+
+/// The moment of a contact with friction between bodies at large strain balances that of the support of
+/// its contactor at the current positions. That of the support of the target differs from it by friction
+/// times the penetration, and that of the pressure by the moment of the friction.
+#[test]
+fn moments_of_a_contact_balance_those_of_the_supports() {
+    for (element, ranks) in [("quad4", 2), ("tri6", 1)] {
+        let results = Results::of(&DRAGGED.replace("ELEMENT", element), ranks);
+        let (contact, reactions) = (results.table("contact.csv"), results.table("reactions.csv"));
+        let columns = ["force_x", "force_y", "moment_z"];
+        let found = columns.map(|column| contact.last(column));
+        let clamp = columns.map(|column| reactions.only("boundary", "clamp").last(column));
+        let drag = columns.map(|column| -reactions.only("boundary", "drag").last(column));
+        assert!(contact.last("force_t").abs() > 0.29 * contact.last("force_n"), "it slides");
+        near(&found, &drag, 1e-8);
+        near(&found[..2], &clamp[..2], 1e-8);
+        let by_gap = contact.last("force_t").abs() * contact.last("max_penetration");
+        assert!((found[2] - clamp[2]).abs() < 1.01 * by_gap, "{found:?}, {clamp:?}");
+        let arm = contact.last("centre_of_pressure_x") * contact.last("force_y");
+        assert!((found[2] - arm).abs() > 0.05 * arm.abs(), "friction has a moment about the origin");
+    }
+}
