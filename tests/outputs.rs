@@ -1,8 +1,9 @@
-//! Quantities that complete runs report, against known values: moments and centres of pressure.
+//! Quantities that complete runs report, against known values: moments and centres of
+//! pressure, work and area of contacts.
 
 mod common;
 
-use common::Results;
+use common::{Folder, Results, run, stretch};
 
 /// Checks numbers against known ones, relative to the largest of those.
 #[track_caller]
@@ -50,7 +51,10 @@ fn the_centre_of_pressure_is_below_an_eccentric_load() {
 fn the_centre_of_pressure_in_space() {
     let space = ECCENTRIC
         .replace("dimension: 2", "dimension: 3")
-        .replace("min: [0, 0], max: [1, 0.5], cells: [3, 2]", "min: [0, 0, 0], max: [1, 1, 0.5], cells: [3, 2, 2]")
+        .replace(
+            "min: [0, 0], max: [1, 0.5], cells: [3, 2]",
+            "min: [0, 0, 0], max: [1, 1, 0.5], cells: [3, 2, 2]",
+        )
         .replace("point: [0, 0], normal: [0, 1]", "point: [0, 0, 0], normal: [0, 0, 1]")
         .replace("displacement: { x: 0 }", "displacement: { x: 0, y: 0 }")
         .replace("traction: { y: '-1.0e4 * (1 + x)' }", "traction: { z: '-1.0e4 * (1 + x + 2 * y)' }");
@@ -106,5 +110,125 @@ fn moments_of_a_contact_balance_those_of_the_supports() {
         assert!((found[2] - clamp[2]).abs() < 1.01 * by_gap, "{found:?}, {clamp:?}");
         let arm = contact.last("centre_of_pressure_x") * contact.last("force_y");
         assert!((found[2] - arm).abs() > 0.05 * arm.abs(), "friction has a moment about the origin");
+    }
+}
+
+/// Two blocks that are pressed by 10 kN each and dragged over one floor with different friction.
+const TWO_BLOCKS: &str = "
+dimension: 2
+bodies:
+  rough:
+    mesh: { box: { min: [0, 0], max: [1, 0.5], cells: [4, 2], element: quad4 } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e8, poisson_ratio: 0.3 } }
+    kinematics: linear
+  smooth:
+    mesh: { box: { min: [2, 0], max: [3, 0.5], cells: [3, 2], element: quad4 } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e8, poisson_ratio: 0.3 } }
+    kinematics: linear
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact:
+  much:
+    contactor: rough.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-10 } }
+    friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 1.0e9 } } }
+  little:
+    contactor: smooth.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-10 } }
+    friction: { coulomb: { coefficient: 0.1, regularization: { stick_stiffness: 1.0e9 } } }
+boundary:
+  press_rough: { on: rough.top, traction: { y: -1.0e4 } }
+  press_smooth: { on: smooth.top, traction: { y: -1.0e4 } }
+  drag_rough: { on: rough.left, displacement: { x: '0.01 * t' } }
+  drag_smooth: { on: smooth.left, displacement: { x: '0.01 * t' } }
+time: { end: 1, scheme: { static: { increments: 8 } } }
+solver: { newton: { tolerance: 1.0e-11 }, linear: gmres_asm_ilu }
+output: { checkpoint: { every: 4 } }
+";
+
+/// In a step of full sliding under a constant force each contact turns `mu N` times the path into heat,
+/// while the elastic energy stays. The sums over the contacts are in `energy.csv`. A restart continues
+/// the sums with the same bits.
+#[test]
+fn each_contact_has_its_own_heat() {
+    let folder = Folder::new("heat");
+    // The load is on from the start, and the path of the drag continues with it.
+    let text = TWO_BLOCKS.replace("traction: { y: -1.0e4 }", "traction: { y: '-1.0e4 * min(1, 4 * t)' }");
+    folder.write("case.yml", &text);
+    run(2, &["case.yml", "-q", "-o", "out"], &folder).success();
+    let results = Results(folder);
+    let (contact, energy) = (results.table("contact.csv"), results.table("energy.csv"));
+    let [much, little] = ["much", "little"].map(|name| contact.only("contact", name));
+    for (contact, coefficient) in [(&much, 0.3), (&little, 0.1)] {
+        let heat = contact.numbers("friction_work");
+        let gain = heat[8] - heat[7];
+        near(&[gain], &[coefficient * 1.0e4 * 0.01 / 8.0], 1e-6);
+        let stored = contact.numbers("stored");
+        // A uniform pressure stores the least. The drag tilts the blocks a little.
+        let least = 0.5 * 1.0e4 * (1.0e4 * 1.0e-10 + coefficient * coefficient * 1.0e4 / 1.0e9);
+        assert!(
+            stored[7..].iter().all(|stored| (1.0..1.1).contains(&(stored / least))),
+            "{stored:?}, {least}"
+        );
+    }
+    for (own, total) in [("friction_work", "friction_dissipated"), ("stored", "contact")] {
+        let sum: Vec<f64> = much.numbers(own).iter().zip(little.numbers(own)).map(|(a, b)| a + b).collect();
+        near(&sum, &energy.numbers(total), 1e-12);
+    }
+    let folder = results.0;
+    run(2, &["case.yml", "-q", "-o", "branch", "--restart=out/checkpoints/step-000004.ckpt"], &folder)
+        .success();
+    for table in ["contact.csv", "energy.csv"] {
+        let lines = |of: &str| -> Vec<String> {
+            let text = std::fs::read_to_string(folder.join(of).join(table)).expect("a table");
+            text.lines().map(str::to_owned).collect()
+        };
+        let (whole, branch) = (lines("out"), lines("branch"));
+        assert!(branch.len() > 4);
+        assert_eq!(branch[1..], whole[whole.len() + 1 - branch.len()..], "{table}");
+    }
+}
+
+/// A neo-Hookean block that spreads under pressure: the tractions act on the undeformed area, and the
+/// deformed area is the closed form.
+#[test]
+fn the_area_of_a_contact_is_known_undeformed_and_deformed() {
+    let block = |axes: &str, size: &str, cells: &str, up: &str, slides: &str| {
+        format!(
+            "
+dimension: {axes}
+bodies:
+  block:
+    mesh: {{ box: {{ min: {size}, cells: {cells} }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e6, poisson_ratio: 0.3 }} }}
+obstacles: {{ floor: {{ plane: {{ {up} }} }} }}
+contact:
+  sole: {{ contactor: block.bottom, target: floor, area: reference, normal: {{ penalty: {{ compliance: 1.0e-12 }} }} }}
+boundary:
+  press: {{ on: block.top, pressure: 1.0e5 }}
+  {slides}
+time: {{ end: 1, scheme: {{ static: {{ increments: 2 }} }} }}
+solver: {{ newton: {{ tolerance: 1.0e-10 }} }}
+"
+        )
+    };
+    let plane = block(
+        "2",
+        "[0, 0], max: [0.4, 0.2]",
+        "[3, 2]",
+        "point: [0, 0], normal: [0, 1]",
+        "wall: { on: block.left, displacement: { x: 0 } }",
+    );
+    let space = block(
+        "3",
+        "[0, 0, 0], max: [0.4, 0.3, 0.2]",
+        "[3, 2, 2]",
+        "point: [0, 0, 0], normal: [0, 0, 1]",
+        "wall: { on: block.left, displacement: { x: 0 } }\n  side: { on: block.front, displacement: { y: 0 } }",
+    );
+    for (text, ranks, area, ratio) in [(plane, 2, 0.4, stretch(1)), (space, 3, 0.12, stretch(2).powi(2))] {
+        let contact = Results::of(&text, ranks).table("contact.csv");
+        near(&[contact.last("area"), contact.last("current_area")], &[area, area * ratio], 1e-6);
     }
 }

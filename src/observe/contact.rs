@@ -1,5 +1,6 @@
 //! `contact.csv`: quantities of each contact. One entry of [`ContactColumn::TABLE`] is one column.
 
+use super::energy::ContactEnergies;
 use super::quantity::{Cell, Quantity, STEP, TIME, TableFile};
 use crate::assembly::{ContactResultants, ContactSystem, LocalContact};
 use crate::contact::history::History;
@@ -26,10 +27,12 @@ pub struct ContactPoint<'a, const D: usize> {
     pub position: Point<D>,
     /// Distance up to which gaps are known \[m\].
     pub reach: f64,
+    /// Factor from its area to its current area.
+    pub stretch: f64,
 }
 
 impl<'a, const D: usize> ContactPoint<'a, D> {
-    /// The point `vertex` of a contact at the local displacements `u` \[m\].
+    /// The point `vertex` of a contact at the local displacements `u` \[m\], without its stretch.
     pub fn new(contact: &'a LocalContact<D>, vertex: usize, u: &[f64]) -> Self {
         let first = contact.vertices()[vertex] as usize * D;
         Self {
@@ -37,12 +40,14 @@ impl<'a, const D: usize> ContactPoint<'a, D> {
             history: &contact.state.history[vertex],
             position: contact.reference_point(vertex) + Point::from_fn(|i, _| u[first + i]),
             reach: contact.pair.reach(),
+            stretch: 1.0,
         }
     }
 
     /// All points of a contact on this rank.
-    fn all(contact: &'a LocalContact<D>, u: &'a [f64]) -> impl Iterator<Item = Self> + Clone {
-        (0..contact.vertices().len()).map(|vertex| Self::new(contact, vertex, u))
+    fn all(contact: &'a LocalContact<D>, u: &[f64]) -> Vec<Self> {
+        let stretches = contact.area_factors(u).into_iter().enumerate();
+        stretches.map(|(vertex, stretch)| Self { stretch, ..Self::new(contact, vertex, u) }).collect()
     }
 }
 
@@ -68,6 +73,8 @@ pub enum OverPoints<const D: usize> {
     Largest(fn(&ContactPoint<D>) -> f64),
     /// Largest value of all points, open ones included, at least 0.
     LargestOfAll(fn(&ContactPoint<D>) -> f64),
+    /// A number of the whole contact, from the energy ledger.
+    Total(fn(&ContactTotals<D>) -> f64),
     /// A vector of the whole contact, from the forces of its nodes; absent if there is none.
     /// Components that do not exist in 2D are ignored.
     OfForces(fn(&ContactTotals<D>) -> Option<[f64; 3]>),
@@ -80,6 +87,8 @@ pub struct ContactTotals<const D: usize> {
     pub resultants: ContactResultants<D>,
     /// Whether both sides carry tractions as contactors.
     pub is_two_sided: bool,
+    /// Stored energy and heat.
+    pub energies: ContactEnergies,
 }
 
 impl<const D: usize> OverPoints<D> {
@@ -91,6 +100,7 @@ impl<const D: usize> OverPoints<D> {
             Self::LengthOfIntegral(_) => "length of the integral",
             Self::Mean { .. } => "weighted mean",
             Self::Largest(_) | Self::LargestOfAll(_) => "largest",
+            Self::Total(_) => "whole contact",
             Self::OfForces(_) => "sum over the nodes",
         }
     }
@@ -132,7 +142,11 @@ impl<const D: usize> ContactColumn<D> {
             },
         },
         Self {
-            quantity: Quantity::number("area", "m2", "area of the contact zone"),
+            quantity: Quantity::number(
+                "area",
+                "m2",
+                "area of the contact zone on which the tractions act: deformed, or undeformed with `area: reference` and at small strain",
+            ),
             value: OverPoints::Integral(|_| 1.0),
         },
         Self {
@@ -177,6 +191,32 @@ impl<const D: usize> ContactColumn<D> {
                 let centre = totals.resultants.normal.centre().filter(|_| !totals.is_two_sided)?;
                 Some(std::array::from_fn(|i| if i < D { centre[i] } else { 0.0 }))
             }),
+        },
+        Self {
+            quantity: Quantity::number(
+                "current_area",
+                "m2",
+                "area of the contact zone in the deformed configuration",
+            ),
+            value: OverPoints::Integral(|point| point.stretch),
+        },
+        Self {
+            quantity: Quantity::number(
+                "friction_work",
+                "J",
+                "heat from friction since the start; the sum over the contacts is `friction_dissipated` of \
+                 `energy.csv`",
+            ),
+            value: OverPoints::Total(|totals| totals.energies.friction_work),
+        },
+        Self {
+            quantity: Quantity::number(
+                "stored",
+                "J",
+                "energy stored by the laws of the contact at this instant; the sum over the contacts is `contact` \
+                 of `energy.csv`",
+            ),
+            value: OverPoints::Total(|totals| totals.energies.stored),
         },
     ];
 
@@ -239,7 +279,7 @@ impl<const D: usize> ContactColumn<D> {
             OverPoints::LargestOfAll(value) => {
                 Tally { sums: Vec::new(), most: points.fold(0.0, |most, point| value(&point).max(most)) }
             }
-            OverPoints::OfForces(_) => Tally { sums: Vec::new(), most: 0.0 },
+            OverPoints::Total(_) | OverPoints::OfForces(_) => Tally { sums: Vec::new(), most: 0.0 },
         }
     }
 
@@ -257,6 +297,7 @@ impl<const D: usize> ContactColumn<D> {
                 vec![(tally.sums[1] != 0.0).then(|| tally.sums[0] / tally.sums[1]).into()]
             }
             OverPoints::Largest(_) | OverPoints::LargestOfAll(_) => vec![Cell::Number(tally.most)],
+            OverPoints::Total(value) => vec![Cell::Number(value(totals))],
             OverPoints::OfForces(value) => {
                 let vector = value(totals);
                 let axes = self.quantity.components.axes::<D>();
@@ -310,24 +351,35 @@ impl ContactReport {
 
 /// Reports all contacts at the trial state of `stage`, with the same result on all ranks.
 /// Collective.
-pub fn reports<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<ContactReport> {
+///
+/// `energies` are those of each contact.
+pub fn reports<const D: usize>(
+    system: &ContactSystem<D>,
+    stage: &Stage,
+    energies: &[ContactEnergies],
+) -> Vec<ContactReport> {
     let world = system.session().world();
     let u = stage.trial.u.local();
     let mut resultants = system.contact_resultants(stage);
     let sums = resultants.iter_mut().flat_map(|own| own.whole.sums().chain(own.normal.sums()));
     sum_over_ranks(world, sums);
-    let report = |(contact, resultants): (&LocalContact<D>, &ContactResultants<D>)| {
-        let totals = ContactTotals { resultants: *resultants, is_two_sided: contact.is_two_sided() };
+    let report = |(number, contact): (usize, &LocalContact<D>)| {
+        let totals = ContactTotals {
+            resultants: resultants[number],
+            is_two_sided: contact.is_two_sided(),
+            energies: energies.get(number).copied().unwrap_or_default(),
+        };
         let points = ContactPoint::all(contact, &u);
         let columns = || ContactColumn::<D>::TABLE.iter().chain([&ContactColumn::DEPTH_BETWEEN]);
-        let mut tallies: Vec<Tally> = columns().map(|column| column.tally(points.clone())).collect();
+        let mut tallies: Vec<Tally> = columns().map(|column| column.tally(points.iter().copied())).collect();
         sum_over_ranks(world, tallies.iter_mut().flat_map(|tally| &mut tally.sums));
         max_over_ranks(world, tallies.iter_mut().map(|tally| &mut tally.most));
         let values = columns().zip(&tallies);
-        let values = values.map(|(column, tally)| (column.quantity.name, column.cells(tally, &totals))).collect();
+        let values =
+            values.map(|(column, tally)| (column.quantity.name, column.cells(tally, &totals))).collect();
         ContactReport { name: contact.name.clone(), facet: contact.facet_size, values }
     };
-    system.contacts().iter().zip(&resultants).map(report).collect()
+    system.contacts().iter().enumerate().map(report).collect()
 }
 
 /// Force of a contact on all ranks.
@@ -380,13 +432,15 @@ mod tests {
             history: &history,
             position: Point::<2>::new(x, 0.0),
             reach: 1.0,
+            stretch: 1.5,
         };
         let points = [at(&closed, 1.0), at(&open, 5.0), at(&closed, 2.0)];
         let mut resultants = ContactResultants::<2>::default();
         resultants.whole.first_moment[(1, 0)] = 6.0;
         resultants.normal.force = Point::<2>::new(0.0, 4.0);
         resultants.normal.first_moment[(1, 0)] = 6.0;
-        let totals = ContactTotals { resultants, is_two_sided: false };
+        let energies = ContactEnergies { stored: 0.25, friction_work: 0.75 };
+        let totals = ContactTotals { resultants, is_two_sided: false, energies };
         let cells = |column: &ContactColumn<2>| column.cells(&column.tally(points.into_iter()), &totals);
         let mut row = Vec::new();
         for column in ContactColumn::<2>::TABLE {
@@ -401,7 +455,7 @@ mod tests {
         let numbers = |values: &[f64]| values.iter().copied().map(Cell::Number).collect::<Vec<_>>();
         assert_eq!(row[..5], numbers(&[4.0, -1.0, 4.0, -1.0, 1.0]));
         assert_eq!(row[5..8], [Cell::Count(2), Cell::Count(0), Cell::Count(2)]);
-        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0]));
+        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0, 1.5, 0.75, 0.25]));
         assert_eq!(cells(&ContactColumn::DEPTH_BETWEEN), numbers(&[3e-3]));
         let mean = ContactColumn {
             quantity: Quantity::number("x", "m", "mean position"),
@@ -424,7 +478,8 @@ mod tests {
         assert_eq!(
             header(plane),
             "force_n [N],force_x [N],force_y [N],force_t [N],area [m2],points,stick,slip,max_penetration [m],\
-             max_pressure [Pa],friction_power [W],moment_z [N m],centre_of_pressure_x [m],centre_of_pressure_y [m]"
+             max_pressure [Pa],friction_power [W],moment_z [N m],centre_of_pressure_x [m],centre_of_pressure_y [m],\
+             current_area [m2],friction_work [J],stored [J]"
         );
         let space =
             super::super::quantity::headings::<3>(ContactColumn::<3>::TABLE.iter().map(|c| &c.quantity));

@@ -111,7 +111,8 @@ mod tests {
     /// The moment of single forces about the origin, and the centre of parallel ones.
     #[test]
     fn moments_and_centres_of_single_forces() {
-        let places = HashMap::from([(3, Vector::<3>::new(1.0, 2.0, 0.0)), (5, Vector::<3>::new(4.0, 2.0, 0.0))]);
+        let places =
+            HashMap::from([(3, Vector::<3>::new(1.0, 2.0, 0.0)), (5, Vector::<3>::new(4.0, 2.0, 0.0))]);
         let mut sink = ResultantSink { places, sum: ContactResultant::default() };
         // The last node does not belong to the contactor.
         sink.force(&[3, 5, 9], &[0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 0.0, 7.0, 7.0]);
@@ -119,8 +120,10 @@ mod tests {
         assert_eq!(sink.sum.centre(), Some(Vector::<3>::new(2.0, 2.0, 0.0)));
         sink.force(&[3], &[0.0, 0.0, -3.0]);
         assert_eq!(sink.sum.centre(), None);
-        let mut plane =
-            ResultantSink { places: HashMap::from([(0, Vector::<2>::new(3.0, 5.0))]), sum: ContactResultant::default() };
+        let mut plane = ResultantSink {
+            places: HashMap::from([(0, Vector::<2>::new(3.0, 5.0))]),
+            sum: ContactResultant::default(),
+        };
         plane.force(&[0], &[1.0, 2.0]);
         assert_eq!(plane.sum.moment(), [0.0, 0.0, 1.0]);
     }
