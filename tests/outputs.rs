@@ -1,9 +1,11 @@
 //! Quantities that complete runs report, against known values: moments and centres of
-//! pressure, work and area of contacts.
+//! pressure, work and area of contacts, momentum and energy of bodies, stresses at elements and nodes.
 
 mod common;
 
 use common::{Folder, Results, run, stretch};
+use contact_petsc::output::vtu::VtuValues;
+use contact_petsc::output::vtu_reader::{ReadPiece, VtuField, read_piece};
 
 /// Checks numbers against known ones, relative to the largest of those.
 #[track_caller]
@@ -144,7 +146,7 @@ boundary:
   drag_smooth: { on: smooth.left, displacement: { x: '0.01 * t' } }
 time: { end: 1, scheme: { static: { increments: 8 } } }
 solver: { newton: { tolerance: 1.0e-11 }, linear: gmres_asm_ilu }
-output: { checkpoint: { every: 4 } }
+output: { bodies: true, checkpoint: { every: 4 } }
 ";
 
 /// In a step of full sliding under a constant force each contact turns `mu N` times the path into heat,
@@ -179,7 +181,7 @@ fn each_contact_has_its_own_heat() {
     let folder = results.0;
     run(2, &["case.yml", "-q", "-o", "branch", "--restart=out/checkpoints/step-000004.ckpt"], &folder)
         .success();
-    for table in ["contact.csv", "energy.csv"] {
+    for table in ["contact.csv", "energy.csv", "bodies.csv"] {
         let lines = |of: &str| -> Vec<String> {
             let text = std::fs::read_to_string(folder.join(of).join(table)).expect("a table");
             text.lines().map(str::to_owned).collect()
@@ -230,5 +232,170 @@ solver: {{ newton: {{ tolerance: 1.0e-10 }} }}
     for (text, ranks, area, ratio) in [(plane, 2, 0.4, stretch(1)), (space, 3, 0.12, stretch(2).powi(2))] {
         let contact = Results::of(&text, ranks).table("contact.csv");
         near(&[contact.last("area"), contact.last("current_area")], &[area, area * ratio], 1e-6);
+    }
+}
+
+/// Two bodies without contact that fly and spin, of which one is stiff.
+const SPINNING: &str = "
+dimension: 2
+bodies:
+  plate:
+    mesh: { box: { min: [1, 2], max: [1.4, 2.2], cells: [4, 3], element: KIND } }
+    material: { neo_hookean: { young_modulus: 1.0e9, poisson_ratio: 0.3 } }
+    density: 1000
+    mass: MASS
+    initial_velocity: ['3 - 5 * (y - 2.1)', '-1 + 5 * (x - 1.2)']
+  soft:
+    mesh: { box: { min: [4, 0], max: [5, 1], cells: [2, 2], element: tri3 } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    density: 100
+    initial_velocity: ['0.5 * (x - 4.5)', '-0.5 * (y - 0.5)']
+time: { end: 0.002, step: 2.0e-4, scheme: midpoint }
+solver: { newton: { tolerance: 1.0e-11 } }
+output: { bodies: true, fields: { every: 0 } }
+";
+
+/// Mass, centre, momenta and energy of a body that spins freely: its angular momentum about the centre
+/// is `I w`, its path straight. The sums over the bodies are those of all bodies, on any number of ranks.
+#[test]
+fn momenta_and_energies_of_single_bodies() {
+    for (kind, mass, ranks) in
+        [("quad4", "consistent", 1), ("quad8", "consistent", 3), ("quad4", "lumped", 2)]
+    {
+        let results = Results::of(&SPINNING.replace("KIND", kind).replace("MASS", mass), ranks);
+        let all = results.table("bodies.csv");
+        let plate = all.only("body", "plate");
+        let start = |column: &str| plate.numbers(column)[0];
+        let weight = 1000.0 * 0.4 * 0.2;
+        // The mass is lumped to the corners of the elements, further outside than it is.
+        let lumped = if mass == "lumped" { 2.0 / 3.0 * (0.01 + 0.04 / 9.0) / 4.0 } else { 0.0 };
+        let inertia = weight * ((0.16 + 0.04) / 12.0 + lumped);
+        near(&[start("mass"), start("centre_x"), start("centre_y")], &[weight, 1.2, 2.1], 1e-12);
+        near(&[start("linear_x"), start("linear_y")], &[3.0 * weight, -weight], 1e-12);
+        let about = 1.2 * -weight - 2.1 * 3.0 * weight;
+        near(&[start("spin_z"), start("angular_z")], &[5.0 * inertia, about + 5.0 * inertia], 1e-12);
+        near(&[start("kinetic")], &[0.5 * weight * 10.0 + 0.5 * inertia * 25.0], 1e-12);
+        near(&plate.numbers("spin_z"), &[5.0 * inertia; 11], 1e-8);
+        near(&[plate.last("centre_x"), plate.last("centre_y")], &[1.206, 2.098], 1e-9);
+        let soft = all.only("body", "soft");
+        assert!(soft.last("strain") > 1e-6 * soft.last("kinetic") && soft.last("spin_z").abs() < 1e-9);
+        for (table, columns) in [
+            ("momentum.csv", &["linear_x", "linear_y", "angular_z"][..]),
+            ("energy.csv", &["kinetic", "strain"][..]),
+        ] {
+            for column in columns {
+                let sum: Vec<f64> =
+                    plate.numbers(column).iter().zip(soft.numbers(column)).map(|(a, b)| a + b).collect();
+                near(&sum, &results.table(table).numbers(column), 1e-10);
+            }
+        }
+    }
+}
+
+/// Two bodies side by side without contact. All sides are prescribed: a bent one whose stress is linear,
+/// and one under a constant stress.
+const BENT: &str = "
+dimension: 2
+bodies:
+  bent:
+    mesh: { box: { min: [0, 0], max: [1, 0.6], cells: [3, 2], element: KIND } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    kinematics: linear
+  plain:
+    mesh: { box: { min: [1, 0], max: [2, 0.6], cells: [2, 3], element: tri3 } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+boundary:
+  bend:
+    on: [bent.left, bent.right, bent.bottom, bent.top]
+    displacement: { x: '0.01 * x * y', y: '-0.005 * (x * x + 0.3 / 0.7 * y * y)' }
+  pull:
+    on: [plain.left, plain.right, plain.bottom, plain.top]
+    displacement: { x: '0.2 * (x - 1) + 0.1 * y', y: 0 }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+solver: { newton: { tolerance: 1.0e-12 } }
+output: { fields: { every: 100, stresses: true } }
+";
+
+/// The numbers of a field.
+#[track_caller]
+fn numbers<'a>(field: &'a VtuField) -> &'a [f64] {
+    match &field.values {
+        VtuValues::Float64(numbers) => numbers,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The body of each point of a piece, and of each cell.
+fn bodies_of(piece: &ReadPiece) -> (Vec<i32>, Vec<i32>) {
+    let VtuValues::Int32(of_cells) = &piece.cell_data["body"].values else { panic!("no bodies") };
+    let mut of_points = vec![-1; piece.points.len()];
+    for (cell, body) in of_cells.iter().enumerate() {
+        piece.cell(cell).iter().for_each(|&point| of_points[point as usize] = *body);
+    }
+    (of_points, of_cells.clone())
+}
+
+/// The nodal stress is exact where the stress is linear, with elements of second order, also on the
+/// boundary of the body, of the part of a rank, and beside another body. It is exact where the stress is
+/// constant, with every element. Principal stresses and stretches are those of the closed form.
+#[test]
+fn stresses_of_a_bent_and_of_a_plain_body_are_exact() {
+    for (kind, ranks) in [("quad8", 1), ("quad9", 3), ("tri6", 2)] {
+        let results = Results::of(&BENT.replace("KIND", kind), ranks);
+        let mut plain = Vec::new();
+        for rank in 0..ranks {
+            let name = format!("out/fields/step_000002/volume_{rank:04}.vtu");
+            let piece = read_piece(&results.0.join(name)).expect("a piece");
+            let (of_points, of_cells) = bodies_of(&piece);
+            let stress = numbers(&piece.point_data["nodal_stress"]).chunks_exact(6);
+            let von_mises = numbers(&piece.point_data["nodal_von_mises"]);
+            for (((place, stress), von_mises), body) in
+                piece.points.iter().zip(stress).zip(von_mises).zip(&of_points)
+            {
+                if *body == 1 {
+                    plain.push(stress.to_vec());
+                    continue;
+                }
+                let along = 1.0e6 / (1.0 - 0.09) * 0.01 * place[1];
+                let known = [along, 0.0, 0.3 * along, 0.0, 0.0, 0.0];
+                let error = stress.iter().zip(known).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+                assert!(error < 1e-9 * 6.6e3, "{kind} at {place:?}: {stress:?}, {known:?}");
+                let equivalent = along * (1.0_f64 - 0.3 + 0.09).sqrt();
+                assert!((von_mises - equivalent).abs() < 1e-9 * 6.6e3);
+            }
+            let cell = |name: &str, width: usize| -> Vec<Vec<f64>> {
+                let all = numbers(&piece.cell_data[name]).chunks_exact(width);
+                all.zip(&of_cells)
+                    .filter(|(_, body)| **body == 1)
+                    .map(|(values, _)| values.to_vec())
+                    .collect()
+            };
+            // F = [1.2 0.1; 0 1]: the squares of the stretches have the sum 2.45 and the product 1.44.
+            let root = (2.45_f64 * 2.45 - 4.0 * 1.44).sqrt();
+            let known = [(0.5 * (2.45 + root)).sqrt(), 1.0, (0.5 * (2.45 - root)).sqrt()];
+            let principal = cell("principal_stress", 3);
+            let others =
+                cell("von_mises", 1).into_iter().zip(cell("pressure", 1)).zip(cell("cauchy_stress", 6));
+            for ((stretch, s), ((von_mises, pressure), cauchy)) in
+                cell("principal_stretch", 3).iter().zip(&principal).zip(others)
+            {
+                near(stretch, &known, 1e-9);
+                assert!(s[0] >= s[1] && s[1] >= s[2]);
+                near(
+                    &[s[0] + s[1] + s[2], -3.0 * pressure[0]],
+                    &[cauchy[0] + cauchy[1] + cauchy[2]; 2],
+                    1e-12,
+                );
+                let shear = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
+                near(&von_mises, &[(0.5 * shear).sqrt()], 1e-9);
+                // Principal axes of the stress are in the plane and along z.
+                let product = s[0] * s[1] * s[2];
+                near(&[product], &[cauchy[2] * (cauchy[0] * cauchy[1] - cauchy[3] * cauchy[3])], 1e-9);
+                plain.push(cauchy);
+            }
+        }
+        let first = plain[0].clone();
+        assert!(first[0] > 1e5 && plain.len() >= 12 + 12);
+        plain.iter().for_each(|stress| near(stress, &first, 1e-9));
     }
 }

@@ -7,6 +7,7 @@
 mod augmentation;
 mod balance;
 mod bodies;
+mod body_sums;
 mod build;
 mod contact;
 mod contact_forces;
@@ -45,6 +46,7 @@ mod viscous;
 
 pub use augmentation::depths;
 pub use bodies::Bodies;
+pub use body_sums::BodySums;
 pub use build::sides_of;
 pub use contact::{LocalContact, facets_of};
 pub use elastic::ElasticSupports;

@@ -14,6 +14,8 @@ pub enum Components {
     Rotations,
     /// A symmetric tensor: xx, yy, zz, xy, yz, xz.
     SymmetricTensor,
+    /// The three principal values of a symmetric tensor, also in 2D.
+    Principal,
 }
 
 impl Components {
@@ -21,7 +23,7 @@ impl Components {
     pub fn axes<const D: usize>(self) -> std::ops::Range<usize> {
         match self {
             Self::Rotations if D == 2 => 2..3,
-            Self::Rotations => 0..3,
+            Self::Rotations | Self::Principal => 0..3,
             _ => 0..D,
         }
     }
@@ -59,6 +61,11 @@ impl Quantity {
     /// A symmetric tensor.
     pub const fn symmetric_tensor(name: &'static str, unit: &'static str, about: &'static str) -> Self {
         Self { name, unit, about, components: Components::SymmetricTensor }
+    }
+
+    /// The principal values of a symmetric tensor.
+    pub const fn principal(name: &'static str, unit: &'static str, about: &'static str) -> Self {
+        Self { name, unit, about, components: Components::Principal }
     }
 
     /// Headings of its columns in `D` dimensions, such as `force_x [N]`.
@@ -132,6 +139,8 @@ pub enum Value<S> {
     Optional(fn(&S) -> Option<f64>),
     /// A vector or a rotation. Components that do not exist in 2D are ignored.
     Vector(fn(&S) -> [f64; 3]),
+    /// A vector that may be absent.
+    OptionalVector(fn(&S) -> Option<[f64; 3]>),
     /// A word.
     Word(fn(&S) -> &str),
 }
@@ -158,6 +167,11 @@ impl<S> Column<S> {
                 .copied()
                 .map(Cell::Number)
                 .collect(),
+            Value::OptionalVector(value) => {
+                let vector = value(source);
+                let axes = self.quantity.components.axes::<D>();
+                axes.map(|axis| vector.map(|vector| vector[axis]).into()).collect()
+            }
         }
     }
 }

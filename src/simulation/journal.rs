@@ -18,6 +18,7 @@ use crate::case::Case;
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
 use crate::model::Model;
+use crate::observe::bodies::body_reports;
 use crate::observe::contact::{self, ContactColumn};
 use crate::observe::energy::{Energies, EnergyLedger};
 use crate::observe::fields::surface_cells;
@@ -46,6 +47,10 @@ pub struct Journal<const D: usize> {
     pub(super) fields: Option<FieldWriter<D>>,
     /// Fields are written every `every` steps and at the end of time \[s\]; 0 writes no fields.
     every: u64,
+    /// Whether the fields include derived and nodal stresses.
+    pub(super) stresses: bool,
+    /// Whether the case requests the table of the bodies.
+    bodies: bool,
     pub(super) end: f64,
     model: Model<D>,
     /// A sentence on the units if they are not SI.
@@ -98,6 +103,8 @@ impl<const D: usize> Journal<D> {
             tables,
             fields: None,
             every,
+            stresses: case.output.fields.stresses,
+            bodies: case.output.bodies,
             end: case.time.end.value,
             model: model.clone(),
             remarks: super::options::remarks(case),
@@ -295,6 +302,7 @@ impl<const D: usize> Journal<D> {
         }
         let reactions = reactions(system, &stage.trial.u, ledger.reactions());
         let rigid = ledger.rigid();
+        let bodies = if self.bodies { body_reports(system, stage) } else { Vec::new() };
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
             tables.check()?;
             tables.begin_row(self.step, stage.trial.time, dt);
@@ -302,6 +310,7 @@ impl<const D: usize> Journal<D> {
             tables.contacts(&contacts)?;
             tables.reactions(&reactions)?;
             tables.rigid(&rigid)?;
+            tables.bodies(&bodies)?;
             tables.energies(energies)?;
             tables.momentum(ledger.momentum())
         });
