@@ -1,9 +1,10 @@
 //! Quantities that complete runs report, against known values: moments and centres of
-//! pressure, work and area of contacts, momentum and energy of bodies, stresses at elements and nodes.
+//! pressure, work and area of contacts, momentum and energy of bodies, stresses at elements and nodes,
+//! derived quantities.
 
 mod common;
 
-use common::{Folder, Results, run, stretch};
+use common::{Folder, Results, assert_says, run, shipped, stretch};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::{ReadPiece, VtuField, read_piece};
 
@@ -397,5 +398,101 @@ fn stresses_of_a_bent_and_of_a_plain_body_are_exact() {
         let first = plain[0].clone();
         assert!(first[0] > 1e5 && plain.len() >= 12 + 12);
         plain.iter().for_each(|stress| near(stress, &first, 1e-9));
+    }
+}
+
+/// The apparent friction of a block that slides freely is its coefficient of friction, its deceleration
+/// is `mu g`, and it has a value only while there is contact. The columns are those of the tables, in the
+/// units of the case, on any number of ranks.
+#[test]
+fn the_apparent_friction_of_a_sliding_block() {
+    let derived = "output:
+  bodies: true
+  derived:
+    mu_app: contact.base.force_x / contact.base.force_n
+    speed: bodies.block.linear_x / bodies.block.mass
+    rear: probes.rear.v_x
+    stored: 100 * (energy.total - energy.kinetic) / max(energy.total, 1)
+    mixed: if(t > 0.005, momentum.linear_x + 2 * contact.base.points, contact.base.centre_of_pressure_x)
+";
+    for (case, ranks, speed, deceleration) in [
+        ("sliding-block/case.yml", 1, 1.0, 0.5 * 9.81),
+        ("sliding-block/case-mm.yml", 3, 1000.0, 0.5 * 9810.0),
+    ] {
+        let text = shipped(case, &[("end: 0.25", "end: 0.01"), ("output:\n", derived)]);
+        let results = Results::of(&text, ranks);
+        let table = results.table("derived.csv");
+        assert_eq!(
+            table.names().skip(2).collect::<Vec<_>>(),
+            ["mu_app", "speed", "rear", "stored", "mixed"],
+            "{case}"
+        );
+        let steps = table.len();
+        near(&table.numbers("mu_app")[1..], &vec![-0.5; steps - 1], 1e-6);
+        near(&[table.last("speed")], &[speed - 0.01 * deceleration], 1e-3);
+        let [contact, momentum, energy] =
+            ["contact.csv", "momentum.csv", "energy.csv"].map(|name| results.table(name));
+        near(&table.numbers("rear"), &results.table("probes.csv").numbers("rear.v_x"), 1e-14);
+        let total = energy.last("total");
+        near(&[table.last("stored")], &[100.0 * (total - energy.last("kinetic")) / total.max(1.0)], 1e-12);
+        let mixed = momentum.last("linear_x") + 2.0 * contact.last("points");
+        near(&[table.last("mixed")], &[mixed], 1e-14);
+        near(&table.numbers("mixed")[..2], &contact.numbers("centre_of_pressure_x")[..2], 1e-14);
+    }
+}
+
+/// A quantity without a value is an empty field. A restart continues the table with the same bits, also
+/// where the case may change.
+#[test]
+fn derived_quantities_continue_after_a_restart() {
+    let folder = Folder::new("derived");
+    let text = TWO_BLOCKS
+        .replace("traction: { y: -1.0e4 }", "traction: { y: '-1.0e4 * min(1, 4 * t)' }")
+        .replace("bodies: true,", "derived: { mu: abs(contact.much.force_t) / contact.much.force_n },");
+    folder.write("case.yml", &text);
+    run(2, &["case.yml", "-q", "-o", "out"], &folder).success();
+    let read = || std::fs::read_to_string(folder.join("out/derived.csv")).expect("a table");
+    let whole = read();
+    let lines: Vec<&str> = whole.lines().collect();
+    assert_eq!((lines.len(), lines[0], lines[1]), (10, "step,time [s],mu", "0,0,"));
+    let last: f64 = lines[9].rsplit(',').next().and_then(|cell| cell.parse().ok()).expect("a number");
+    near(&[last], &[0.3], 1e-9);
+    let start = "--restart=out/checkpoints/step-000004.ckpt";
+    run(2, &["case.yml", "-q", "-o", "out", start], &folder).success();
+    assert_eq!(read(), whole);
+    folder.write("other.yml", &text.replace("force_n }", "force_y }"));
+    let refused = run(1, &["other.yml", "-q", "-o", "branch", start], &folder);
+    assert_says(&refused.stderr, &["output.derived.mu"]);
+}
+
+/// Unknown columns, rows and tables are errors at their place in the expression, with a list of those that
+/// exist, also of a probe that is not on a contactor.
+#[test]
+fn unknown_columns_are_refused_at_their_place() {
+    let folder = Folder::new("derived");
+    for (expression, fragments) in [
+        ("1 + contact.much.force", &["case.yml:31:30", "unknown column", "contact.much.force_n"][..]),
+        (
+            "contact.most.force_n",
+            &["case.yml:31:25", "unknown row 'contact.most'", "contact.much, contact.little"],
+        ),
+        ("contacts.much.force_n", &["unknown table 'contacts'", "contact, reactions"]),
+        ("bodies.rough.mass", &["bodies.csv", "`bodies: true`"]),
+        ("reactions.press_rough.force_x", &["unknown row", "reactions.drag_rough"]),
+        ("probes.high.gap", &["case.yml:31:25", "unknown column 'probes.high.gap'", "probes.high.u_x"]),
+        ("probes.low.status", &["unknown column", "probes.low.gap"]),
+        ("x + 1", &["unknown name 'x'", "TABLE.NAME.COLUMN"]),
+    ] {
+        let output = format!(
+            "output: {{ derived: {{ q: '{expression}' }}, probes: {{ high: {{ at: [0, 0.5] }}, low: {{ at: [0, 0] }} }} }}"
+        );
+        let text = TWO_BLOCKS.replace("output: { bodies: true, checkpoint: { every: 4 } }", &output);
+        assert!(text.lines().nth(30).is_some_and(|line| line.starts_with("output: { derived")));
+        folder.write("case.yml", &text);
+        for arguments in [&["case.yml", "-q", "-o", "out"][..], &["check", "case.yml"]] {
+            let refused = run(0, arguments, &folder);
+            assert_eq!(refused.code, Some(3), "{expression}: {}", refused.text());
+            assert_says(&refused.stderr, fragments);
+        }
     }
 }

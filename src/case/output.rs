@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::reader::at::{At, Named};
+use crate::reader::derived::Derived;
 use crate::reader::quantity::{Duration, Length};
 
 /// Output in addition to the histories, which are always written every step.
@@ -14,6 +15,12 @@ pub struct Output {
     pub fields: Fields,
     /// Material points whose history is written, by name.
     pub probes: Named<Probe>,
+    /// Quantities derived from columns of the tables, by name, which `derived.csv` gets. An expression
+    /// names a column as `TABLE.NAME.COLUMN`, such as `contact.drag.force_x / contact.sole.force_n`, and
+    /// one of `energy.csv` and `momentum.csv` as `energy.total`. A reference with a `-` in a name is written
+    /// in backticks. `t` is the time. The columns are those of the results reference, without units.
+    #[serde(skip_serializing_if = "Named::is_empty")]
+    pub derived: Named<At<Derived>>,
     /// Whether `bodies.csv` is written: mass, centre of mass, momentum and energies of each deformable
     /// body. Each row integrates the mass over all elements, which costs about as much as one evaluation
     /// of the forces.

@@ -108,6 +108,21 @@ pub const TIME: Quantity = Quantity::number("time", "s", "time at its end");
 /// Length of the step.
 pub const LENGTH: Quantity = Quantity::number("dt", "s", "its length");
 
+/// The table of the quantities that the case derives.
+pub const DERIVED_FILE: TableFile = TableFile {
+    name: "derived.csv",
+    rows: "one per step; the file exists only with `output: { derived: ... }`",
+    keys: &[STEP, TIME],
+};
+
+/// The columns of the derived quantities, of which the case gives the names.
+pub const DERIVED: Quantity = Quantity::number(
+    "NAME",
+    "",
+    "value of the expression `output.derived.NAME`, in the units of the case; empty if it is not finite or depends on \
+     an empty field",
+);
+
 /// One entry of a row of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell<'a> {

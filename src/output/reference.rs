@@ -7,7 +7,7 @@ use crate::observe::contact::{CONTACT_FILE, ContactColumn};
 use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, MOMENTUM_COLUMNS, MOMENTUM_FILE};
 use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODAL_STRESS_FIELDS, NODE_FIELDS, STRESS_FIELDS};
 use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
-use crate::observe::quantity::{Components, Quantity, TableFile};
+use crate::observe::quantity::{Components, DERIVED, DERIVED_FILE, Quantity, TableFile};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
 use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE};
 
@@ -43,6 +43,7 @@ pub fn results_reference() -> String {
     table(&mut page, &BODY_FILE, "", "", BODY_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &ENERGY_FILE, "", "", ENERGY_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &MOMENTUM_FILE, "", "", MOMENTUM_COLUMNS.iter().map(|column| plain(column.quantity)));
+    table(&mut page, &DERIVED_FILE, "", "", [plain(DERIVED)].into_iter());
     let iterations = TableFile { name: "iterations.csv", rows: "one per iteration", keys: &[] };
     table(&mut page, &iterations, "", "", ITERATION_COLUMNS.iter().map(|column| plain(column.quantity)));
     fields(&mut page);

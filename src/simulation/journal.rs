@@ -6,6 +6,7 @@ use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
 use super::current_solve::CurrentSolve;
+use super::derived::{StepRows, derived_cells};
 use super::earlier_run::EarlierRun;
 use super::place::{RunRequest, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
@@ -14,7 +15,7 @@ use super::unit_note::unit_note;
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision};
 use crate::assembly::ContactSystem;
-use crate::case::Case;
+use crate::case::{Case, Derived};
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
 use crate::model::Model;
@@ -51,6 +52,8 @@ pub struct Journal<const D: usize> {
     pub(super) stresses: bool,
     /// Whether the case requests the table of the bodies.
     bodies: bool,
+    /// The quantities that the case derives.
+    derived: Vec<Derived>,
     pub(super) end: f64,
     model: Model<D>,
     /// A sentence on the units if they are not SI.
@@ -105,6 +108,7 @@ impl<const D: usize> Journal<D> {
             every,
             stresses: case.output.fields.stresses,
             bodies: case.output.bodies,
+            derived: case.output.derived.values().map(|derived| derived.value.clone()).collect(),
             end: case.time.end.value,
             model: model.clone(),
             remarks: super::options::remarks(case),
@@ -312,7 +316,18 @@ impl<const D: usize> Journal<D> {
             tables.rigid(&rigid)?;
             tables.bodies(&bodies)?;
             tables.energies(energies)?;
-            tables.momentum(ledger.momentum())
+            tables.momentum(ledger.momentum())?;
+            let rows = StepRows {
+                time: stage.trial.time,
+                probes: (&self.watched, &points),
+                contacts: &contacts,
+                reactions: &reactions,
+                rigid: &rigid,
+                bodies: &bodies,
+                energies,
+                momentum: ledger.momentum(),
+            };
+            tables.derived(&derived_cells(&self.derived, &rows))
         });
         agree(self.session.world(), own)
     }

@@ -95,7 +95,11 @@ pub(super) fn prepare<const D: usize>(
         }
         None => ResultsFolder::create(&place.folder)?,
     };
-    let optional = OptionalTables { rigid: !case.rigid.is_empty(), bodies: case.output.bodies };
+    let optional = OptionalTables {
+        rigid: !case.rigid.is_empty(),
+        bodies: case.output.bodies,
+        derived: case.output.derived.names().map(str::to_owned).collect(),
+    };
     Ok((Some(Tables::open(folder.path(), case.units, lock, optional, past)?), inputs))
 }
 

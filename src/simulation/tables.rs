@@ -10,7 +10,7 @@ use crate::observe::energy::{
     ENERGY_COLUMNS, ENERGY_FILE, Energies, MOMENTUM_COLUMNS, MOMENTUM_FILE, Momentum,
 };
 use crate::observe::probes::{PROBE_FILE, Watched};
-use crate::observe::quantity::{Cell, Column, TableFile, headings};
+use crate::observe::quantity::{Cell, Column, DERIVED_FILE, TableFile, headings};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE, Reaction};
 use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE, RigidReport};
 use crate::output::anchor::Anchor;
@@ -19,12 +19,14 @@ use crate::output::lock::Lock;
 use crate::output::table::{Mark, Marks, Table};
 
 /// Tables that only some cases have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OptionalTables {
     /// That of the rigid bodies, if there are any.
     pub rigid: bool,
     /// That of the deformable bodies, if the case requests it.
     pub bodies: bool,
+    /// Names of the derived quantities; without any there is no table of them.
+    pub derived: Vec<String>,
 }
 
 /// The open tables.
@@ -36,6 +38,8 @@ pub struct Tables<const D: usize> {
     rigid: Option<Table>,
     /// The table of the deformable bodies, if the case requests it.
     bodies: Option<Table>,
+    /// The table of the derived quantities, if there are any.
+    derived: Option<Table>,
     energy: Table,
     momentum: Table,
     iterations: IterationTable,
@@ -79,6 +83,9 @@ impl<const D: usize> Tables<D> {
             reactions: open(&REACTION_FILE, columns::<D, _>(REACTION_COLUMNS))?,
             rigid: optional.rigid.then(|| open(&RIGID_FILE, columns::<D, _>(RIGID_COLUMNS))).transpose()?,
             bodies: optional.bodies.then(|| open(&BODY_FILE, columns::<D, _>(BODY_COLUMNS))).transpose()?,
+            derived: (!optional.derived.is_empty())
+                .then(|| open(&DERIVED_FILE, optional.derived))
+                .transpose()?,
             energy: open(&ENERGY_FILE, columns::<D, _>(ENERGY_COLUMNS))?,
             momentum: open(&MOMENTUM_FILE, columns::<D, _>(MOMENTUM_COLUMNS))?,
             iterations: IterationTable::open(folder, units, past)?,
@@ -108,6 +115,7 @@ impl<const D: usize> Tables<D> {
             .iter()
             .chain(&self.rigid)
             .chain(&self.bodies)
+            .chain(&self.derived)
             .chain(others)
             .chain([self.iterations.table()])
     }
@@ -240,6 +248,16 @@ impl<const D: usize> Tables<D> {
             let own = BODY_COLUMNS.iter().flat_map(|column| column.cells::<D>(report));
             table.row(&head.clone().chain([Cell::Text(&report.name)]).chain(own).collect::<Vec<_>>())
         })
+    }
+
+    /// Writes one row of the derived quantities.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn derived(&mut self, values: &[Cell]) -> Result<()> {
+        let Some(table) = &mut self.derived else { return Ok(()) };
+        let head = [Cell::Count(self.step), Cell::Number(self.time)];
+        table.row(&head.into_iter().chain(values.iter().copied()).collect::<Vec<_>>())
     }
 
     /// Writes one row of energies. Also returns the error of an iteration that could not be
