@@ -319,7 +319,7 @@ output: { fields: { every: 100, stresses: true } }
 
 /// The numbers of a field.
 #[track_caller]
-fn numbers<'a>(field: &'a VtuField) -> &'a [f64] {
+fn numbers(field: &VtuField) -> &[f64] {
     match &field.values {
         VtuValues::Float64(numbers) => numbers,
         other => panic!("{other:?}"),

@@ -96,8 +96,8 @@ pub fn require_columns<const D: usize>(
     }
     let known = known(case, model, watched);
     for derived in case.output.derived.values() {
-        let columns = derived.columns().iter();
-        for (column, offset) in columns.filter(|(column, _)| !known.contains(column)) {
+        let missing = derived.columns().iter().find(|(column, _)| !known.contains(column));
+        if let Some((column, offset)) = missing {
             let complaint = unknown(column, &known, case.output.bodies);
             return Err(case.complain(&complaint.at(derived.place).offset(*offset)));
         }
