@@ -93,7 +93,7 @@ mod tests {
         let derived = Derived::parse(text).expect("an expression");
         let names: Vec<&str> = derived.columns().iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["contact.a.force_x", "contact.b2.force_n", "contact.a-b.force_n"]);
-        assert_eq!(derived.columns()[1].1, 30);
+        assert_eq!(derived.columns()[1].1, 29);
         assert_eq!(derived.value(&[-3.0, 4.0, 10.0], 2.0), 1.5 + 10.0 + 6.0);
         assert!(derived.value(&[1.0, 0.0, f64::NAN], 0.0).is_nan());
     }
