@@ -49,6 +49,25 @@ fn the_centre_of_pressure_is_below_an_eccentric_load() {
     }
 }
 
+/// Friction that sticks is not distributed like the pressure, and does not enter the centre of pressure.
+/// On a floor through the origin it has no moment, so that the centre is the moment over the force.
+#[test]
+fn friction_does_not_move_the_centre_of_pressure() {
+    let friction =
+        "friction: { coulomb: { coefficient: 0.9, regularization: { stick_stiffness: 1.0e12 } } } } }";
+    let text = ECCENTRIC
+        .replace("KIND", "quad4")
+        .replace(
+            "{ penalty: { compliance: 1.0e-12 } } } }",
+            &format!("{{ penalty: {{ compliance: 1.0e-12 }} }}, {friction}"),
+        )
+        .replace("displacement: { x: 0 }", "displacement: { x: 5.0e-8 }");
+    let contact = Results::of(&text, 2).table("contact.csv");
+    let force = ["force_x", "force_y"].map(|column| contact.last(column));
+    assert!(force[0].abs() > 0.1 * force[1] && contact.last("stick") > 0.0, "{force:?}");
+    near(&[contact.last("centre_of_pressure_x")], &[contact.last("moment_z") / force[1]], 1e-6);
+}
+
 /// In space the load is eccentric along both axes.
 #[test]
 fn the_centre_of_pressure_in_space() {
