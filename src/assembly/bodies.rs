@@ -120,7 +120,7 @@ pub struct Bodies<const D: usize> {
     /// Damping matrix; `None` without inertia or without damping.
     pub(super) damping: Option<DampingMatrix>,
     pub(super) redistribution: Option<Redistribution>,
-    inertia: bool,
+    pub(super) inertia: bool,
     damped: bool,
     /// The free rigid bodies.
     pub(super) free: FreeBodies<D>,
@@ -320,12 +320,15 @@ impl<const D: usize> Bodies<D> {
 
     /// Strain energy of this rank's elements at the local displacements `u` \[J\].
     pub fn strain_energy(&self, u: &[f64]) -> f64 {
+        self.solids.iter().map(|solid| self.strain_energy_of(solid, u)).sum()
+    }
+
+    /// Strain energy of this rank's elements of a group at the local displacements `u` \[J\].
+    pub(super) fn strain_energy_of(&self, solid: &SolidElements<D>, u: &[f64]) -> f64 {
         let mine = &self.local.mine;
-        let relaxed = |solid: &SolidElements<D>| {
-            let base = solid.viscous.as_ref().map_or(0.0, |viscous| viscous.series().base());
-            if base == 0.0 { 0.0 } else { base * solid.group.isochoric_energy(u, mine) }
-        };
-        self.solids.iter().map(|solid| solid.group.strain_energy(u, mine) + relaxed(solid)).sum()
+        let base = solid.viscous.as_ref().map_or(0.0, |viscous| viscous.series().base());
+        let relaxed = if base == 0.0 { 0.0 } else { base * solid.group.isochoric_energy(u, mine) };
+        solid.group.strain_energy(u, mine) + relaxed
     }
 
     /// Energies of the viscous branches of this rank's elements in the step of `stage`.

@@ -128,6 +128,20 @@ impl<const D: usize> LocalContact<D> {
         self.pair.contact.target.obstacle()
     }
 
+    /// Whether both sides carry tractions as contactors, so that the forces of a pair enter twice.
+    pub fn is_two_sided(&self) -> bool {
+        self.pair.contact.share != 1.0
+    }
+
+    /// Factor from the area of each point to its area at the local displacements `u` \[m\]. It is 1 if
+    /// the tractions act on the current area.
+    pub fn area_factors(&self, u: &[f64]) -> Vec<f64> {
+        match self.pair.contact.area {
+            AreaKind::Current => vec![1.0; self.vertices().len()],
+            AreaKind::Reference => self.pair.contact.surface.stretches(u),
+        }
+    }
+
     /// The target, with the motion of the step.
     pub fn target(&self) -> &ContactTarget<D> {
         &self.pair.contact.target

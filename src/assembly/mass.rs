@@ -128,6 +128,33 @@ pub(super) fn masked<const D: usize>(pattern: &BlockPattern, supported: &Support
     masked
 }
 
+/// Passes the mass of each element of a group to `receive(index, m)` with `m[a * n + b]` \[kg\], as it is
+/// assembled.
+pub(super) fn element_masses<const D: usize>(
+    solid: &SolidElements<D>,
+    redistribution: Option<&Redistribution>,
+    mut receive: impl FnMut(usize, &[f64]),
+) {
+    let map = &solid.map;
+    let mut own = Vec::new();
+    match (solid.mass, redistribution) {
+        (MassKind::Redistributed, Some(redistribution)) if redistribution.has(solid.body) => {
+            solid.group.mass(|index, mass| {
+                redistribution.apply(map.nodes(index), mass, &mut own);
+                receive(index, &own);
+            });
+        }
+        (MassKind::Consistent | MassKind::Redistributed, _) => solid.group.mass(receive),
+        (MassKind::Lumped, _) => solid.group.lumped_mass(|index, mass| {
+            let n = mass.len();
+            own.clear();
+            own.resize(n * n, 0.0);
+            mass.iter().enumerate().for_each(|(a, &value)| own[a * (n + 1)] = value);
+            receive(index, &own);
+        }),
+    }
+}
+
 /// Passes the mass of each node pair of all elements to `add(slot, mass)` \[kg\]. Slots of rows of
 /// other ranks are [`NO_SLOT`](crate::petsc::NO_SLOT).
 pub(super) fn masses_of<const D: usize>(

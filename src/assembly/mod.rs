@@ -7,6 +7,7 @@
 mod augmentation;
 mod balance;
 mod bodies;
+mod body_sums;
 mod build;
 mod contact;
 mod contact_forces;
@@ -46,6 +47,7 @@ mod viscous;
 
 pub use augmentation::depths;
 pub use bodies::Bodies;
+pub use body_sums::BodySums;
 pub use build::sides_of;
 pub use contact::{LocalContact, facets_of};
 pub use elastic::ElasticSupports;
@@ -53,6 +55,7 @@ pub use free_bodies::{RigidVelocity, Turn};
 pub use holding::Holding;
 pub use initial_velocity::set_velocity;
 pub use memory::{NamedFields, StoredSources, StoredState, SystemState, state_tables};
+pub use observed::ContactResultants;
 pub use solid::SolidElements;
 pub use soundness::unsound_state;
 pub use start::Overclosure;

@@ -1,8 +1,22 @@
 //! What observers may read of a system, see [`crate::observe`].
 
 use super::contact::LocalContact;
+use super::stages::hold;
 use super::system::ContactSystem;
+use crate::contact::evaluation::ContactRequest;
+use crate::contact::mortar::resultant::ContactResultant;
+use crate::contact::state::Hold;
+use crate::dynamics::{OverStep, Stage};
 use crate::petsc::Values;
+
+/// Resultants of a contact on this rank.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactResultants<const D: usize> {
+    /// Of pressure and friction.
+    pub whole: ContactResultant<D>,
+    /// Of the pressure alone.
+    pub normal: ContactResultant<D>,
+}
 
 impl<const D: usize> ContactSystem<D> {
     /// The contacts with their points on this rank.
@@ -23,5 +37,31 @@ impl<const D: usize> ContactSystem<D> {
     /// Loads on the owned unknowns at the last residual \[N\].
     pub fn external_forces(&self) -> &[f64] {
         &self.parts.external
+    }
+
+    /// Resultants of each contact at the last evaluation of the forces. Forces that act over a step
+    /// act at the positions in its middle.
+    pub fn contact_resultants(&self, stage: &Stage) -> Vec<ContactResultants<D>> {
+        let Some(interface) = &self.interface else {
+            return vec![ContactResultants::default(); self.contacts.len()];
+        };
+        let fields = interface.fields();
+        let request = ContactRequest {
+            hold: hold(self.continuation.friction, self.split),
+            over_step: stage.over_step != OverStep::No,
+            ..ContactRequest::default()
+        };
+        let of = |contact: &LocalContact<D>| {
+            let whole = contact.pair.resultant(&fields, &request, &contact.state);
+            let normal = match contact.law().friction {
+                None => whole,
+                Some(_) => {
+                    let request = ContactRequest { hold: Hold::Frictionless, ..request };
+                    contact.pair.resultant(&fields, &request, &contact.state)
+                }
+            };
+            ContactResultants { whole, normal }
+        };
+        self.contacts.iter().map(of).collect()
     }
 }

@@ -12,6 +12,7 @@ use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, VertexContact};
 use crate::contact::mortar::obstacle::is_lumped;
+use crate::contact::mortar::resultant::ContactResultant;
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
@@ -328,6 +329,16 @@ impl<const D: usize> ContactPair<D> {
     ) {
         let mut sink = VertexForces::<D> { own, remote };
         self.contact.evaluate(&self.candidates, fields, request, state, &mut sink);
+    }
+
+    /// The resultant of the forces on the contactor, on this rank.
+    pub fn resultant(
+        &self,
+        fields: &ContactFields,
+        request: &ContactRequest,
+        state: &ContactState<D>,
+    ) -> ContactResultant<D> {
+        self.contact.resultant(&self.candidates, fields, request, state)
     }
 
     /// Evaluates the contact stiffness.

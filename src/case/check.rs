@@ -71,12 +71,19 @@ impl Check<'_> {
         all.extend(case.tied.iter().map(|(name, _)| ("tied", name)));
         all.extend(case.boundary.iter().map(|(name, _)| ("boundary", name)));
         all.extend(case.output.probes.iter().map(|(name, _)| ("probes", name)));
+        all.extend(case.output.derived.iter().map(|(name, _)| ("derived", name)));
         for (block, name) in all {
             let fits = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(fits) {
                 self.found.say(name.place, format!("'{}' is not a valid name in `{block}`", name.value));
                 self.found.cure("names consist of letters, digits, '_' and '-'");
             }
+        }
+        for (name, _) in
+            case.output.derived.iter().filter(|(name, _)| ["step", "time"].contains(&name.as_str()))
+        {
+            self.found.say(name.place, format!("'{}' is a column of every table", name.value));
+            self.found.cure("choose another name");
         }
         let places = case.bodies.iter().map(|(name, _)| name).chain(case.shapes().map(|(name, _)| name));
         for name in places.filter(|name| name.value == super::ALL) {

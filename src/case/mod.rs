@@ -58,6 +58,7 @@ use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result};
 pub use crate::reader::at::{At, Named};
 use crate::reader::complaint::Complaint;
+pub use crate::reader::derived::Derived;
 use crate::reader::document::{self, Document};
 pub use crate::reader::function::{Function, Motion, PlacedFunction, Varying};
 pub use crate::reader::parameters::Parameters;
@@ -213,6 +214,11 @@ impl Case {
                 self.start.get_or_insert_with(At::default);
             }
         }
+    }
+
+    /// An error of the case whose place and cure are in the complaint.
+    pub fn complain(&self, complaint: &Complaint) -> Error {
+        self.source.error(complaint)
     }
 
     /// The error that points at a place of the case file, for what only a mesh or a model can find.

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::reader::at::{At, Named};
+use crate::reader::derived::Derived;
 use crate::reader::quantity::{Duration, Length};
 
 /// Output in addition to the histories, which are always written every step.
@@ -14,9 +15,25 @@ pub struct Output {
     pub fields: Fields,
     /// Material points whose history is written, by name.
     pub probes: Named<Probe>,
+    /// Quantities derived from columns of the tables, by name, which `derived.csv` gets. An expression
+    /// names a column as `TABLE.NAME.COLUMN`, such as `contact.drag.force_x / contact.sole.force_n`, and
+    /// one of `energy.csv` and `momentum.csv` as `energy.total`. A reference with a `-` in a name is written
+    /// in backticks. `t` is the time. The columns are those of the results reference, without units.
+    #[serde(skip_serializing_if = "Named::is_empty")]
+    pub derived: Named<At<Derived>>,
+    /// Whether `bodies.csv` is written: mass, centre of mass, momentum and energies of each deformable
+    /// body. Each row integrates the mass over all elements, which costs about as much as one evaluation
+    /// of the forces.
+    #[serde(skip_serializing_if = "is_false")]
+    pub bodies: bool,
     /// Checkpoints, from which `--restart` resumes a run. Without this key only a signal writes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<Checkpoint>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde expects")]
+fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 /// Checkpoints, from which a run can be resumed.
@@ -48,11 +65,16 @@ impl Default for Checkpoint {
 pub struct Fields {
     /// Number of steps between two outputs; start and end are always written. 0: no fields.
     pub every: At<u32>,
+    /// Whether `fields.pvd` also has von Mises stress, pressure, principal stresses and principal
+    /// stretches of the elements, and Cauchy and von Mises stress at the nodes. The files of the bodies
+    /// are then about twice as large.
+    #[serde(skip_serializing_if = "is_false")]
+    pub stresses: bool,
 }
 
 impl Default for Fields {
     fn default() -> Self {
-        Self { every: 10.into() }
+        Self { every: 10.into(), stresses: false }
     }
 }
 

@@ -29,11 +29,30 @@ impl Cauchy {
         (0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz)).sqrt()
     }
 
+    /// Pressure \[Pa\], positive in compression: minus the mean of the normal stresses.
+    pub fn pressure(&self) -> f64 {
+        -(self.0[0] + self.0[1] + self.0[2]) / 3.0
+    }
+
+    /// Principal stresses \[Pa\], the largest first.
+    pub fn principal(&self) -> [f64; 3] {
+        principal(&self.0)
+    }
+
     fn add(&mut self, weight: f64, other: &Self) {
         for (sum, value) in self.0.iter_mut().zip(other.0) {
             *sum += weight * value;
         }
     }
+}
+
+/// Eigenvalues of the symmetric tensor `xx, yy, zz, xy, yz, xz`, the largest first.
+fn principal(tensor: &[f64; 6]) -> [f64; 3] {
+    let [xx, yy, zz, xy, yz, xz] = *tensor;
+    let mut values: [f64; 3] =
+        nalgebra::Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).symmetric_eigenvalues().into();
+    values.sort_by(|a, b| b.total_cmp(a));
+    values
 }
 
 /// Stress and volume ratio at one point.
@@ -59,11 +78,22 @@ pub struct ElementStress {
     pub volume: f64,
     /// Mean over the reference volume.
     pub mean: CauchyState,
+    /// Mean of the right Cauchy-Green tensor `F^T F` over the reference volume: `xx, yy, zz, xy, yz,
+    /// xz`. In linear kinematics `(1 + eps)^2`.
+    pub right_cauchy_green: [f64; 6],
     /// At the points of the full rule.
     pub points: Vec<CauchyState>,
     /// At the nodes: the linear (quads, hexes: multilinear) least-squares fit of `points`, or a
     /// constant from a single point. Average it over the elements of a node, weighted by `volume`.
     pub nodes: Vec<CauchyState>,
+}
+
+impl ElementStress {
+    /// Principal stretches, the largest first: the square roots of the eigenvalues of
+    /// [`right_cauchy_green`](Self::right_cauchy_green).
+    pub fn principal_stretches(&self) -> [f64; 3] {
+        principal(&self.right_cauchy_green).map(|square| square.max(0.0).sqrt())
+    }
 }
 
 impl<const D: usize> ElementGroup<D> {
@@ -98,6 +128,7 @@ impl<const D: usize> ElementGroup<D> {
             stress.nodes.clear();
             stress.nodes.resize(self.kind.nodes(), CauchyState::default());
             stress.mean = CauchyState::default();
+            stress.right_cauchy_green = [0.0; 6];
             for (number, (pass, fit)) in self.passes.iter().zip(&fits).enumerate() {
                 states.clear();
                 let mut volume = 0.0;
@@ -118,6 +149,10 @@ impl<const D: usize> ElementGroup<D> {
                     if number > 0 {
                         // The first pass already includes the volume ratio.
                         state.det_f = 0.0;
+                    } else {
+                        let metric = self.right_cauchy_green(&grad_u);
+                        let sums = stress.right_cauchy_green.iter_mut().zip(metric);
+                        sums.for_each(|(sum, value)| *sum += weight * value);
                     }
                     mean.add(weight, &state);
                     volume += weight;
@@ -126,6 +161,7 @@ impl<const D: usize> ElementGroup<D> {
                 stress.mean.add(1.0 / volume, &mean);
                 if number == 0 {
                     stress.volume = volume;
+                    stress.right_cauchy_green.iter_mut().for_each(|sum| *sum /= volume);
                 }
                 Fit::add(&fit.to_points, &states, &mut stress.points);
                 Fit::add(&fit.to_nodes, &states, &mut stress.nodes);
@@ -148,6 +184,16 @@ impl<const D: usize> ElementGroup<D> {
             Kinematics::Finite => self.formulation.material.accept(IsochoricAt { grad_u: solid }),
         };
         viscous.at::<D>(index, self.passes[0].samples(), point, &isochoric)
+    }
+
+    /// `F^T F`, in linear kinematics `(1 + eps)^2`, in 2D for plane strain.
+    fn right_cauchy_green(&self, grad_u: &Square<f64, D>) -> [f64; 6] {
+        let solid = in_space(grad_u);
+        let f = match self.formulation.kinematics {
+            Kinematics::Finite => plus_one(&solid),
+            Kinematics::Linear => plus_one(&sum(&solid, &transpose(&solid)).map(|row| row.map(|x| 0.5 * x))),
+        };
+        components(&product(&transpose(&f), &f), 1.0).0
     }
 
     /// `sigma = F S F^T / J` of a part of the law for this displacement gradient, in 2D for plane

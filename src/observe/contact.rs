@@ -1,10 +1,12 @@
 //! `contact.csv`: quantities of each contact. One entry of [`ContactColumn::TABLE`] is one column.
 
+use super::energy::ContactEnergies;
 use super::quantity::{Cell, Quantity, STEP, TIME, TableFile};
-use crate::assembly::{ContactSystem, LocalContact};
+use crate::assembly::{ContactResultants, ContactSystem, LocalContact};
 use crate::contact::history::History;
 use crate::contact::point::{PointState, Status};
-use crate::petsc::{Vector, max_over_ranks, sum_over_ranks};
+use crate::dynamics::Stage;
+use crate::petsc::{max_over_ranks, sum_over_ranks};
 use crate::tensor::Vector as Point;
 
 /// The table of all contacts.
@@ -25,10 +27,12 @@ pub struct ContactPoint<'a, const D: usize> {
     pub position: Point<D>,
     /// Distance up to which gaps are known \[m\].
     pub reach: f64,
+    /// Factor from its area to its current area.
+    pub stretch: f64,
 }
 
 impl<'a, const D: usize> ContactPoint<'a, D> {
-    /// The point `vertex` of a contact at the local displacements `u` \[m\].
+    /// The point `vertex` of a contact at the local displacements `u` \[m\], without its stretch.
     pub fn new(contact: &'a LocalContact<D>, vertex: usize, u: &[f64]) -> Self {
         let first = contact.vertices()[vertex] as usize * D;
         Self {
@@ -36,12 +40,14 @@ impl<'a, const D: usize> ContactPoint<'a, D> {
             history: &contact.state.history[vertex],
             position: contact.reference_point(vertex) + Point::from_fn(|i, _| u[first + i]),
             reach: contact.pair.reach(),
+            stretch: 1.0,
         }
     }
 
     /// All points of a contact on this rank.
-    fn all(contact: &'a LocalContact<D>, u: &'a [f64]) -> impl Iterator<Item = Self> + Clone {
-        (0..contact.vertices().len()).map(|vertex| Self::new(contact, vertex, u))
+    fn all(contact: &'a LocalContact<D>, u: &[f64]) -> Vec<Self> {
+        let stretches = contact.area_factors(u).into_iter().enumerate();
+        stretches.map(|(vertex, stretch)| Self { stretch, ..Self::new(contact, vertex, u) }).collect()
     }
 }
 
@@ -67,6 +73,22 @@ pub enum OverPoints<const D: usize> {
     Largest(fn(&ContactPoint<D>) -> f64),
     /// Largest value of all points, open ones included, at least 0.
     LargestOfAll(fn(&ContactPoint<D>) -> f64),
+    /// A number of the whole contact, from the energy ledger.
+    Total(fn(&ContactTotals<D>) -> f64),
+    /// A vector of the whole contact, from the forces of its nodes; absent if there is none.
+    /// Components that do not exist in 2D are ignored.
+    OfForces(fn(&ContactTotals<D>) -> Option<[f64; 3]>),
+}
+
+/// Quantities of a whole contact, the same on all ranks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactTotals<const D: usize> {
+    /// Sums over the nodal forces on the contactor.
+    pub resultants: ContactResultants<D>,
+    /// Whether both sides carry tractions as contactors.
+    pub is_two_sided: bool,
+    /// Stored energy and heat.
+    pub energies: ContactEnergies,
 }
 
 impl<const D: usize> OverPoints<D> {
@@ -78,6 +100,8 @@ impl<const D: usize> OverPoints<D> {
             Self::LengthOfIntegral(_) => "length of the integral",
             Self::Mean { .. } => "weighted mean",
             Self::Largest(_) | Self::LargestOfAll(_) => "largest",
+            Self::Total(_) => "whole contact",
+            Self::OfForces(_) => "sum over the nodes",
         }
     }
 }
@@ -118,7 +142,11 @@ impl<const D: usize> ContactColumn<D> {
             },
         },
         Self {
-            quantity: Quantity::number("area", "m2", "area of the contact zone"),
+            quantity: Quantity::number(
+                "area",
+                "m2",
+                "area of the contact zone on which the tractions act: deformed, or undeformed with `area: reference` and at small strain",
+            ),
             value: OverPoints::Integral(|_| 1.0),
         },
         Self {
@@ -141,6 +169,54 @@ impl<const D: usize> ContactColumn<D> {
         Self {
             quantity: Quantity::number("friction_power", "W", "power that friction takes at this instant"),
             value: OverPoints::Integral(|point| point.state.friction_power()),
+        },
+        Self {
+            quantity: Quantity::rotation(
+                "moment",
+                "N m",
+                "moment of the resultant on the contactor about the origin, at the current positions; about a point \
+                 c it is moment - c x force",
+            ),
+            value: OverPoints::OfForces(|totals| Some(totals.resultants.whole.moment())),
+        },
+        Self {
+            quantity: Quantity::vector(
+                "centre_of_pressure",
+                "m",
+                "mean position of the forces of the pressure, weighted by their component along their resultant; \
+                 on a flat surface they have no moment about it; empty if they balance each other, and where both \
+                 sides are contactors",
+            ),
+            value: OverPoints::OfForces(|totals| {
+                let centre = totals.resultants.normal.centre().filter(|_| !totals.is_two_sided)?;
+                Some(std::array::from_fn(|i| if i < D { centre[i] } else { 0.0 }))
+            }),
+        },
+        Self {
+            quantity: Quantity::number(
+                "current_area",
+                "m2",
+                "area of the contact zone in the deformed configuration",
+            ),
+            value: OverPoints::Integral(|point| point.stretch),
+        },
+        Self {
+            quantity: Quantity::number(
+                "friction_work",
+                "J",
+                "heat from friction since the start; the sum over the contacts is `friction_dissipated` of \
+                 `energy.csv`",
+            ),
+            value: OverPoints::Total(|totals| totals.energies.friction_work),
+        },
+        Self {
+            quantity: Quantity::number(
+                "stored",
+                "J",
+                "energy stored by the laws of the contact at this instant; the sum over the contacts is `contact` \
+                 of `energy.csv`",
+            ),
+            value: OverPoints::Total(|totals| totals.energies.stored),
         },
     ];
 
@@ -203,11 +279,12 @@ impl<const D: usize> ContactColumn<D> {
             OverPoints::LargestOfAll(value) => {
                 Tally { sums: Vec::new(), most: points.fold(0.0, |most, point| value(&point).max(most)) }
             }
+            OverPoints::Total(_) | OverPoints::OfForces(_) => Tally { sums: Vec::new(), most: 0.0 },
         }
     }
 
     /// The cells from the sums and maxima over all ranks.
-    fn cells(&self, tally: &Tally) -> Vec<Cell<'static>> {
+    fn cells(&self, tally: &Tally, totals: &ContactTotals<D>) -> Vec<Cell<'static>> {
         match self.value {
             OverPoints::Count(_) => vec![Cell::Count(tally.sums[0] as u64)],
             OverPoints::Integral(_) | OverPoints::VectorIntegral(_) => {
@@ -220,6 +297,12 @@ impl<const D: usize> ContactColumn<D> {
                 vec![(tally.sums[1] != 0.0).then(|| tally.sums[0] / tally.sums[1]).into()]
             }
             OverPoints::Largest(_) | OverPoints::LargestOfAll(_) => vec![Cell::Number(tally.most)],
+            OverPoints::Total(value) => vec![Cell::Number(value(totals))],
+            OverPoints::OfForces(value) => {
+                let vector = value(totals);
+                let axes = self.quantity.components.axes::<D>();
+                axes.map(|axis| vector.map(|vector| vector[axis]).into()).collect()
+            }
         }
     }
 }
@@ -266,22 +349,37 @@ impl ContactReport {
     }
 }
 
-/// Reports all contacts at the displacement `u` \[m\], with the same result on all ranks.
+/// Reports all contacts at the trial state of `stage`, with the same result on all ranks.
 /// Collective.
-pub fn reports<const D: usize>(system: &ContactSystem<D>, u: &Vector) -> Vec<ContactReport> {
+///
+/// `energies` are those of each contact.
+pub fn reports<const D: usize>(
+    system: &ContactSystem<D>,
+    stage: &Stage,
+    energies: &[ContactEnergies],
+) -> Vec<ContactReport> {
     let world = system.session().world();
-    let u = u.local();
-    let report = |contact: &LocalContact<D>| {
+    let u = stage.trial.u.local();
+    let mut resultants = system.contact_resultants(stage);
+    let sums = resultants.iter_mut().flat_map(|own| own.whole.sums().chain(own.normal.sums()));
+    sum_over_ranks(world, sums);
+    let report = |(number, contact): (usize, &LocalContact<D>)| {
+        let totals = ContactTotals {
+            resultants: resultants[number],
+            is_two_sided: contact.is_two_sided(),
+            energies: energies.get(number).copied().unwrap_or_default(),
+        };
         let points = ContactPoint::all(contact, &u);
         let columns = || ContactColumn::<D>::TABLE.iter().chain([&ContactColumn::DEPTH_BETWEEN]);
-        let mut tallies: Vec<Tally> = columns().map(|column| column.tally(points.clone())).collect();
+        let mut tallies: Vec<Tally> = columns().map(|column| column.tally(points.iter().copied())).collect();
         sum_over_ranks(world, tallies.iter_mut().flat_map(|tally| &mut tally.sums));
         max_over_ranks(world, tallies.iter_mut().map(|tally| &mut tally.most));
         let values = columns().zip(&tallies);
-        let values = values.map(|(column, tally)| (column.quantity.name, column.cells(tally))).collect();
+        let values =
+            values.map(|(column, tally)| (column.quantity.name, column.cells(tally, &totals))).collect();
         ContactReport { name: contact.name.clone(), facet: contact.facet_size, values }
     };
-    system.contacts().iter().map(report).collect()
+    system.contacts().iter().enumerate().map(report).collect()
 }
 
 /// Force of a contact on all ranks.
@@ -334,9 +432,16 @@ mod tests {
             history: &history,
             position: Point::<2>::new(x, 0.0),
             reach: 1.0,
+            stretch: 1.5,
         };
         let points = [at(&closed, 1.0), at(&open, 5.0), at(&closed, 2.0)];
-        let cells = |column: &ContactColumn<2>| column.cells(&column.tally(points.into_iter()));
+        let mut resultants = ContactResultants::<2>::default();
+        resultants.whole.first_moment[(1, 0)] = 6.0;
+        resultants.normal.force = Point::<2>::new(0.0, 4.0);
+        resultants.normal.first_moment[(1, 0)] = 6.0;
+        let energies = ContactEnergies { stored: 0.25, friction_work: 0.75 };
+        let totals = ContactTotals { resultants, is_two_sided: false, energies };
+        let cells = |column: &ContactColumn<2>| column.cells(&column.tally(points.into_iter()), &totals);
         let mut row = Vec::new();
         for column in ContactColumn::<2>::TABLE {
             assert_eq!(
@@ -350,7 +455,7 @@ mod tests {
         let numbers = |values: &[f64]| values.iter().copied().map(Cell::Number).collect::<Vec<_>>();
         assert_eq!(row[..5], numbers(&[4.0, -1.0, 4.0, -1.0, 1.0]));
         assert_eq!(row[5..8], [Cell::Count(2), Cell::Count(0), Cell::Count(2)]);
-        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0]));
+        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0, 1.5, 0.75, 0.25]));
         assert_eq!(cells(&ContactColumn::DEPTH_BETWEEN), numbers(&[3e-3]));
         let mean = ContactColumn {
             quantity: Quantity::number("x", "m", "mean position"),
@@ -361,7 +466,7 @@ mod tests {
         };
         assert_eq!(cells(&mean), numbers(&[1.5]));
         let none: [ContactPoint<2>; 0] = [];
-        assert_eq!(mean.cells(&mean.tally(none.into_iter())), [Cell::Absent]);
+        assert_eq!(mean.cells(&mean.tally(none.into_iter()), &totals), [Cell::Absent]);
     }
 
     /// The header of `contact.csv` in 2D. In 3D it also has `force_z`.
@@ -373,7 +478,8 @@ mod tests {
         assert_eq!(
             header(plane),
             "force_n [N],force_x [N],force_y [N],force_t [N],area [m2],points,stick,slip,max_penetration [m],\
-             max_pressure [Pa],friction_power [W]"
+             max_pressure [Pa],friction_power [W],moment_z [N m],centre_of_pressure_x [m],centre_of_pressure_y [m],\
+             current_area [m2],friction_work [J],stored [J]"
         );
         let space =
             super::super::quantity::headings::<3>(ContactColumn::<3>::TABLE.iter().map(|c| &c.quantity));

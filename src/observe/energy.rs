@@ -5,6 +5,7 @@
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
 use super::rigid::RigidReport;
 use crate::assembly::{ContactSystem, ToolState};
+use crate::contact::totals::ContactEnergy;
 use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::{Vector, sum_over_ranks};
@@ -116,6 +117,15 @@ pub struct Momentum {
     pub angular: [f64; 3],
 }
 
+/// Energies of one contact [J, per metre of depth in 2D].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactEnergies {
+    /// Energy stored by the laws of the contact at the end of the last step.
+    pub stored: f64,
+    /// Heat from friction since the start.
+    pub friction_work: f64,
+}
+
 /// Accumulates work and heat over the steps.
 pub struct EnergyLedger {
     /// Loads and reactions at the start of the step \[N\].
@@ -128,6 +138,8 @@ pub struct EnergyLedger {
     rigid: Vec<RigidWork>,
     /// Rigid bodies at the end of the last step.
     tools: Vec<ToolState>,
+    /// Energies of each contact.
+    contacts: Vec<ContactEnergies>,
     at_start: f64,
     now: Energies,
     momentum: Momentum,
@@ -146,6 +158,7 @@ pub struct SavedLedger {
     damping: Vec<f64>,
     rigid: Vec<RigidWork>,
     tools: Vec<ToolState>,
+    contacts: Vec<ContactEnergies>,
     now: Energies,
     momentum: Momentum,
     last: Option<LoadStep>,
@@ -206,6 +219,9 @@ pub struct Balances {
     damped: bool,
     /// Forces and work of the rigid bodies.
     rigid: Vec<RigidWork>,
+    /// Energies of each contact.
+    #[serde(default)]
+    contacts: Vec<ContactEnergies>,
     /// The previous load step. It is `None` in dynamics.
     last: Option<LastLoadStep>,
 }
@@ -235,6 +251,7 @@ impl EnergyLedger {
             damping: Vec::new(),
             rigid: Vec::new(),
             tools: Vec::new(),
+            contacts: Vec::new(),
             at_start: 0.0,
             now: Energies::default(),
             momentum: Momentum::default(),
@@ -260,6 +277,7 @@ impl EnergyLedger {
             work_error: self.work_error,
             damped: self.damped,
             rigid,
+            contacts: self.contacts.clone(),
             last,
         }
     }
@@ -279,8 +297,9 @@ impl EnergyLedger {
     /// # Errors
     /// A field is missing.
     pub fn resume(&mut self, balances: Balances, field: impl Fn(&str) -> Result<Vec<f64>>) -> Result<()> {
-        let Balances { at_start, now, work_error, damped, rigid, last } = balances;
+        let Balances { at_start, now, work_error, damped, rigid, contacts, last } = balances;
         self.rigid = rigid;
+        self.contacts = contacts;
         self.at_start = at_start;
         self.now = now;
         self.work_error = work_error;
@@ -369,6 +388,7 @@ impl EnergyLedger {
             damping: self.damping.clone(),
             rigid: self.rigid.clone(),
             tools: self.tools.clone(),
+            contacts: self.contacts.clone(),
             now: self.now,
             momentum: self.momentum,
             last: self.last.clone(),
@@ -378,10 +398,11 @@ impl EnergyLedger {
 
     /// Restores the saved state, because the step since then is repeated.
     pub fn restore(&mut self, saved: SavedLedger) {
-        let SavedLedger { drive, damping, rigid, tools, now, momentum, last, work_error } = saved;
+        let SavedLedger { drive, damping, rigid, tools, contacts, now, momentum, last, work_error } = saved;
         self.drive = drive;
         self.rigid = rigid;
         self.tools = tools;
+        self.contacts = contacts;
         self.damping = damping;
         self.now = now;
         self.momentum = momentum;
@@ -399,6 +420,11 @@ impl EnergyLedger {
         let report =
             |(state, work): (&ToolState, &RigidWork)| RigidReport { state: state.clone(), work: work.work };
         self.tools.iter().zip(&self.rigid).map(report).collect()
+    }
+
+    /// Energies of each contact at the end of the last step.
+    pub fn contacts(&self) -> &[ContactEnergies] {
+        &self.contacts
     }
 
     /// Momentum at the end of the last step.
@@ -474,10 +500,12 @@ impl EnergyLedger {
             system.bodies().elastic_supports().stored_energy(&u) + system.bodies().ties().stored_energy(&u);
         let mut own = StepEnergies { strain, springs, ..StepEnergies::default() };
         (own.kinetic, self.momentum) = self.motion(system, stage)?;
+        let mut by_contact: Vec<ContactEnergy> = Vec::with_capacity(system.contacts().len());
         for contact in system.contacts() {
             let energy = contact.energy(dt);
             own.contact += energy.stored;
             own.heat += energy.heat_of_step;
+            by_contact.push(energy);
         }
         let branches = system.bodies().viscous_energies(stage);
         own.viscous_stored = branches.stored;
@@ -505,7 +533,14 @@ impl EnergyLedger {
         let Momentum { linear, angular } = &mut self.momentum;
         let energies =
             [kinetic, strain, contact, springs, heat, damping, viscous_stored, viscous, work].into_iter();
-        sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular));
+        let of_contacts =
+            by_contact.iter_mut().flat_map(|energy| [&mut energy.stored, &mut energy.heat_of_step]);
+        sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular).chain(of_contacts));
+        self.contacts.resize(by_contact.len(), ContactEnergies::default());
+        for (contact, step) in self.contacts.iter_mut().zip(&by_contact) {
+            contact.stored = step.stored;
+            contact.friction_work += step.heat_of_step;
+        }
         own.work += by_rigid;
         Ok(own)
     }

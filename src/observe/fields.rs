@@ -5,7 +5,7 @@ use super::quantity::{Components, Quantity};
 use crate::assembly::ContactSystem;
 use crate::contact::point::Status;
 use crate::dynamics::Stage;
-use crate::element::ElementStress;
+use crate::element::{Cauchy, ElementStress};
 use crate::error::Result;
 use crate::petsc::Vector;
 
@@ -74,6 +74,27 @@ pub enum ElementValue {
     Number(fn(&ElementStress) -> f64),
     /// A symmetric tensor: xx, yy, zz, xy, yz, xz.
     SymmetricTensor(fn(&ElementStress) -> [f64; 6]),
+    /// Principal values.
+    Principal(fn(&ElementStress) -> [f64; 3]),
+}
+
+impl ElementValue {
+    /// Number of numbers per element.
+    fn width(&self) -> usize {
+        match self {
+            Self::Number(_) => 1,
+            Self::SymmetricTensor(_) => 6,
+            Self::Principal(_) => 3,
+        }
+    }
+
+    fn write(&self, stress: &ElementStress, out: &mut [f64]) {
+        match self {
+            Self::Number(value) => out[0] = value(stress),
+            Self::SymmetricTensor(value) => out.copy_from_slice(&value(stress)),
+            Self::Principal(value) => out.copy_from_slice(&value(stress)),
+        }
+    }
 }
 
 /// A field of elements.
@@ -98,6 +119,74 @@ pub const ELEMENT_FIELDS: &[ElementField] = &[
     ElementField {
         quantity: Quantity::number("det_f", "", "mean volume ratio"),
         value: ElementValue::Number(|stress| stress.mean.det_f),
+    },
+];
+
+/// Fields of elements with `output: { fields: { stresses: true } }`.
+pub const STRESS_FIELDS: &[ElementField] = &[
+    ElementField {
+        quantity: Quantity::number("von_mises", "Pa", "von Mises stress of the mean Cauchy stress"),
+        value: ElementValue::Number(|stress| stress.mean.cauchy.von_mises()),
+    },
+    ElementField {
+        quantity: Quantity::number(
+            "pressure",
+            "Pa",
+            "minus a third of the trace of the mean Cauchy stress, positive in compression",
+        ),
+        value: ElementValue::Number(|stress| stress.mean.cauchy.pressure()),
+    },
+    ElementField {
+        quantity: Quantity::principal(
+            "principal_stress",
+            "Pa",
+            "principal values of the mean Cauchy stress, the largest first, tension positive; in plane strain one of \
+             them is out of the plane",
+        ),
+        value: ElementValue::Principal(|stress| stress.mean.cauchy.principal()),
+    },
+    ElementField {
+        quantity: Quantity::principal(
+            "principal_stretch",
+            "",
+            "principal stretches, the largest first: square roots of the principal values of the mean right \
+             Cauchy-Green tensor; at small strain 1 plus the principal strains",
+        ),
+        value: ElementValue::Principal(ElementStress::principal_stretches),
+    },
+];
+
+/// The value of a field of stress at nodes.
+#[derive(Debug, Clone, Copy)]
+pub enum NodalStressValue {
+    /// A number.
+    Number(fn(&Cauchy) -> f64),
+    /// The tensor.
+    Tensor,
+}
+
+/// A field of stress at nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct NodalStressField {
+    /// Name, unit and meaning.
+    pub quantity: Quantity,
+    /// The value.
+    pub value: NodalStressValue,
+}
+
+/// Fields of nodes with `output: { fields: { stresses: true } }`.
+pub const NODAL_STRESS_FIELDS: &[NodalStressField] = &[
+    NodalStressField {
+        quantity: Quantity::symmetric_tensor(
+            "nodal_stress",
+            "Pa",
+            "Cauchy stress: linear fits of the elements around the node, averaged by volume within the body",
+        ),
+        value: NodalStressValue::Tensor,
+    },
+    NodalStressField {
+        quantity: Quantity::number("nodal_von_mises", "Pa", "von Mises stress of `nodal_stress`"),
+        value: NodalStressValue::Number(Cauchy::von_mises),
     },
 ];
 
@@ -242,32 +331,95 @@ pub fn surface_cells<const D: usize>(system: &ContactSystem<D>) -> SurfaceCells 
     cells
 }
 
-/// Fields of the bodies at the trial state.
-pub fn body_fields<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<Field> {
+/// Fields of the bodies at the trial state, with those of `stresses` if they are wanted. Collective.
+///
+/// # Errors
+/// If a PETSc call fails.
+pub fn body_fields<const D: usize>(
+    system: &ContactSystem<D>,
+    stage: &Stage,
+    stresses: bool,
+) -> Result<Vec<Field>> {
     let present = NODE_FIELDS.iter().filter(|field| system.bodies().is_dynamic() || !field.dynamics_only);
     let mut fields: Vec<Field> = present.map(|field| of_unknowns(field, stage)).collect();
     let elements = system.bodies().local().mesh.element_count();
-    let empty = |field: &ElementField| match field.value {
-        ElementValue::Number(_) => vec![0.0; elements],
-        ElementValue::SymmetricTensor(_) => vec![0.0; 6 * elements],
-    };
-    let mut values: Vec<Vec<f64>> = ELEMENT_FIELDS.iter().map(empty).collect();
+    let wanted = if stresses { STRESS_FIELDS } else { &[] };
+    let of_elements: Vec<&ElementField> = ELEMENT_FIELDS.iter().chain(wanted).collect();
+    let mut values: Vec<Vec<f64>> =
+        of_elements.iter().map(|field| vec![0.0; field.value.width() * elements]).collect();
+    let mut at_nodes = if stresses { Some(NodalStress::new(system)?) } else { None };
     system.bodies().element_stress(stage, |element, stress| {
-        for (field, values) in ELEMENT_FIELDS.iter().zip(&mut values) {
-            match field.value {
-                ElementValue::Number(value) => values[element] = value(stress),
-                ElementValue::SymmetricTensor(value) => {
-                    values[6 * element..6 * element + 6].copy_from_slice(&value(stress));
-                }
-            }
+        for (field, values) in of_elements.iter().zip(&mut values) {
+            let width = field.value.width();
+            field.value.write(stress, &mut values[width * element..][..width]);
         }
+        at_nodes.iter_mut().for_each(|nodes| nodes.add(system, element, stress));
     });
-    fields.extend(ELEMENT_FIELDS.iter().zip(values).map(|(field, values)| Field {
+    fields.extend(of_elements.iter().zip(values).map(|(field, values)| Field {
         quantity: field.quantity,
         location: Location::Elements,
         values: FieldValues::Numbers(values),
     }));
-    fields
+    if let Some(nodes) = at_nodes {
+        fields.extend(nodes.fields()?);
+    }
+    Ok(fields)
+}
+
+/// Averages of the stress at nodes, weighted by the volume of the elements around them.
+///
+/// Every element extrapolates its points to its nodes by a linear fit. An element enters on the rank to
+/// which it belongs. Bodies share no nodes, so that nothing is averaged across them.
+struct NodalStress {
+    /// For each node six sums and the volume.
+    sums: Vector,
+}
+
+impl NodalStress {
+    const WIDTH: usize = 7;
+
+    fn new<const D: usize>(system: &ContactSystem<D>) -> Result<Self> {
+        let index = &system.bodies().local().index;
+        let sums = Vector::ghosted(system.session(), index.owned, Self::WIDTH, &index.ghosts)?;
+        Ok(Self { sums })
+    }
+
+    fn add<const D: usize>(&mut self, system: &ContactSystem<D>, element: usize, stress: &ElementStress) {
+        let local = system.bodies().local();
+        if !local.mine[element] {
+            return;
+        }
+        let mut sums = self.sums.local_mut();
+        for (&node, state) in local.mesh.element_nodes(element).iter().zip(&stress.nodes) {
+            let row = &mut sums[node as usize * Self::WIDTH..][..Self::WIDTH];
+            let parts = state.cauchy.0.iter().chain([&1.0]);
+            row.iter_mut().zip(parts).for_each(|(sum, value)| *sum += stress.volume * value);
+        }
+    }
+
+    /// The fields at the local nodes, including ghosts. Collective.
+    fn fields(mut self) -> Result<Vec<Field>> {
+        self.sums.add_ghosts_to_owners()?;
+        self.sums.update_ghosts()?;
+        let mean = |row: &[f64]| {
+            let volume = row[Self::WIDTH - 1];
+            // Nodes of free rigid bodies belong to no element.
+            Cauchy(std::array::from_fn(|i| if volume > 0.0 { row[i] / volume } else { 0.0 }))
+        };
+        let means: Vec<Cauchy> = self.sums.local().chunks_exact(Self::WIDTH).map(mean).collect();
+        let field = |field: &NodalStressField| {
+            let numbers = match field.value {
+                NodalStressValue::Number(value) => means.iter().map(value).collect(),
+                NodalStressValue::Tensor => means.iter().flat_map(|mean| mean.0).collect(),
+            };
+            Field {
+                quantity: field.quantity,
+                location: Location::Nodes,
+                values: FieldValues::Numbers(numbers),
+            }
+        };
+        Ok(NODAL_STRESS_FIELDS.iter().map(field).collect())
+    }
 }
 
 fn of_unknowns(field: &NodeField, stage: &Stage) -> Field {
@@ -346,8 +498,16 @@ mod tests {
             let is_vector = matches!(field.value, NodalValue::MeanVector(_));
             assert_eq!(field.width() == 3, is_vector, "{}", field.quantity.name);
         }
-        for field in ELEMENT_FIELDS {
-            let is_tensor = matches!(field.value, ElementValue::SymmetricTensor(_));
+        for field in ELEMENT_FIELDS.iter().chain(STRESS_FIELDS) {
+            let width = match field.quantity.components {
+                Components::One => 1,
+                Components::SymmetricTensor => 6,
+                other => other.axes::<2>().len(),
+            };
+            assert_eq!(field.value.width(), width, "{}", field.quantity.name);
+        }
+        for field in NODAL_STRESS_FIELDS {
+            let is_tensor = matches!(field.value, NodalStressValue::Tensor);
             assert_eq!(field.quantity.components == Components::SymmetricTensor, is_tensor);
         }
     }

@@ -12,13 +12,15 @@
 //! | [`probes::ProbeColumn::TABLE`] | `probes.csv` |
 //! | [`reactions::REACTION_COLUMNS`] | `reactions.csv` |
 //! | [`rigid::RIGID_COLUMNS`] | `rigid.csv` |
+//! | [`bodies::BODY_COLUMNS`] | `bodies.csv` |
 //! | [`energy::ENERGY_COLUMNS`] | `energy.csv` |
 //! | [`energy::MOMENTUM_COLUMNS`] | `momentum.csv` |
-//! | [`fields::NODE_FIELDS`], [`fields::ELEMENT_FIELDS`], [`fields::ContactField::TABLE`] | `fields.pvd`, `contact.pvd` |
+//! | [`fields::NODE_FIELDS`], [`fields::ELEMENT_FIELDS`], [`fields::STRESS_FIELDS`], [`fields::NODAL_STRESS_FIELDS`], [`fields::ContactField::TABLE`] | `fields.pvd`, `contact.pvd` |
 //!
 //! Observers read a [`ContactSystem`](crate::assembly::ContactSystem) through its public methods
 //! and change nothing in it that a solver sees.
 
+pub mod bodies;
 pub mod contact;
 pub mod energy;
 pub mod fields;

@@ -14,6 +14,8 @@ pub enum Components {
     Rotations,
     /// A symmetric tensor: xx, yy, zz, xy, yz, xz.
     SymmetricTensor,
+    /// The three principal values of a symmetric tensor, also in 2D.
+    Principal,
 }
 
 impl Components {
@@ -21,7 +23,7 @@ impl Components {
     pub fn axes<const D: usize>(self) -> std::ops::Range<usize> {
         match self {
             Self::Rotations if D == 2 => 2..3,
-            Self::Rotations => 0..3,
+            Self::Rotations | Self::Principal => 0..3,
             _ => 0..D,
         }
     }
@@ -59,6 +61,11 @@ impl Quantity {
     /// A symmetric tensor.
     pub const fn symmetric_tensor(name: &'static str, unit: &'static str, about: &'static str) -> Self {
         Self { name, unit, about, components: Components::SymmetricTensor }
+    }
+
+    /// The principal values of a symmetric tensor.
+    pub const fn principal(name: &'static str, unit: &'static str, about: &'static str) -> Self {
+        Self { name, unit, about, components: Components::Principal }
     }
 
     /// Headings of its columns in `D` dimensions, such as `force_x [N]`.
@@ -101,6 +108,21 @@ pub const TIME: Quantity = Quantity::number("time", "s", "time at its end");
 /// Length of the step.
 pub const LENGTH: Quantity = Quantity::number("dt", "s", "its length");
 
+/// The table of the quantities that the case derives.
+pub const DERIVED_FILE: TableFile = TableFile {
+    name: "derived.csv",
+    rows: "one per step; the file exists only with `output: { derived: ... }`",
+    keys: &[STEP, TIME],
+};
+
+/// The columns of the derived quantities, of which the case gives the names.
+pub const DERIVED: Quantity = Quantity::number(
+    "NAME",
+    "",
+    "value of the expression `output.derived.NAME`, in the units of the case; empty if it is not finite or depends on \
+     an empty field",
+);
+
 /// One entry of a row of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell<'a> {
@@ -132,6 +154,8 @@ pub enum Value<S> {
     Optional(fn(&S) -> Option<f64>),
     /// A vector or a rotation. Components that do not exist in 2D are ignored.
     Vector(fn(&S) -> [f64; 3]),
+    /// A vector that may be absent.
+    OptionalVector(fn(&S) -> Option<[f64; 3]>),
     /// A word.
     Word(fn(&S) -> &str),
 }
@@ -158,6 +182,11 @@ impl<S> Column<S> {
                 .copied()
                 .map(Cell::Number)
                 .collect(),
+            Value::OptionalVector(value) => {
+                let vector = value(source);
+                let axes = self.quantity.components.axes::<D>();
+                axes.map(|axis| vector.map(|vector| vector[axis]).into()).collect()
+            }
         }
     }
 }

@@ -22,11 +22,13 @@ pub const RECORD: &str = "run.json";
 
 /// Files that a run may leave in its folder, apart from [`RECORD`]. Only these are removed when a
 /// result is replaced.
-const OWN: [&str; 13] = [
+const OWN: [&str; 15] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
     "rigid.csv",
+    "bodies.csv",
+    "derived.csv",
     "energy.csv",
     "momentum.csv",
     "iterations.csv",

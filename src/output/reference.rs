@@ -2,11 +2,12 @@
 
 use super::fields::GRID_FIELDS;
 use super::iterations::ITERATION_COLUMNS;
+use crate::observe::bodies::{BODY_COLUMNS, BODY_FILE};
 use crate::observe::contact::{CONTACT_FILE, ContactColumn};
 use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, MOMENTUM_COLUMNS, MOMENTUM_FILE};
-use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODE_FIELDS};
+use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODAL_STRESS_FIELDS, NODE_FIELDS, STRESS_FIELDS};
 use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
-use crate::observe::quantity::{Components, Quantity, TableFile};
+use crate::observe::quantity::{Components, DERIVED, DERIVED_FILE, Quantity, TableFile};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
 use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE};
 
@@ -39,8 +40,10 @@ pub fn results_reference() -> String {
     let reactions = REACTION_COLUMNS.iter().map(|column| plain(column.quantity));
     table(&mut page, &REACTION_FILE, "", "", reactions);
     table(&mut page, &RIGID_FILE, "", "", RIGID_COLUMNS.iter().map(|column| plain(column.quantity)));
+    table(&mut page, &BODY_FILE, "", "", BODY_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &ENERGY_FILE, "", "", ENERGY_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &MOMENTUM_FILE, "", "", MOMENTUM_COLUMNS.iter().map(|column| plain(column.quantity)));
+    table(&mut page, &DERIVED_FILE, "", "", [plain(DERIVED)].into_iter());
     let iterations = TableFile { name: "iterations.csv", rows: "one per iteration", keys: &[] };
     table(&mut page, &iterations, "", "", ITERATION_COLUMNS.iter().map(|column| plain(column.quantity)));
     fields(&mut page);
@@ -89,7 +92,10 @@ fn fields(page: &mut String) {
         let file = if field.on_surfaces { "both" } else { "`fields.pvd`" };
         row(file, "nodes", &field.quantity);
     }
+    let stresses = "`fields.pvd`, with `stresses: true`";
+    NODAL_STRESS_FIELDS.iter().for_each(|field| row(stresses, "nodes", &field.quantity));
     ELEMENT_FIELDS.iter().for_each(|field| row("`fields.pvd`", "elements", &field.quantity));
+    STRESS_FIELDS.iter().for_each(|field| row(stresses, "elements", &field.quantity));
     ContactField::<3>::TABLE.iter().for_each(|field| row("`contact.pvd`", "nodes", &field.quantity));
     GRID_FIELDS.iter().for_each(|(file, at, quantity)| row(file, at, quantity));
 }

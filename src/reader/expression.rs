@@ -80,6 +80,8 @@ enum Variable {
     Y,
     Z,
     Time,
+    /// A column of a table, by its number in the expression.
+    Column(usize),
 }
 
 const VARIABLES: [(&str, Variable); 4] =
@@ -87,11 +89,12 @@ const VARIABLES: [(&str, Variable); 4] =
 
 /// Values of the variables.
 #[derive(Clone, Copy)]
-struct Values<T> {
+struct Values<'a, T> {
     x: T,
     y: T,
     z: T,
     time: T,
+    columns: &'a [f64],
 }
 
 /// The functions, with the smallest and the largest number of their arguments.
@@ -120,6 +123,21 @@ impl Expression {
         Ok(Self { root, uses_parameters })
     }
 
+    /// Reads an expression in columns of tables, and returns the columns, each with the number of
+    /// characters before it.
+    ///
+    /// # Errors
+    /// The unexpected part, with the number of characters before it.
+    pub(super) fn parse_of_columns(text: &str) -> Result<(Self, Vec<(String, usize)>), Complaint> {
+        let (root, columns) = parser::parse_of_columns(text)?;
+        Ok((Self { root, uses_parameters: false }, columns))
+    }
+
+    /// The value with these columns at the time `t`.
+    pub(super) fn value_of_columns(&self, columns: &[f64], t: f64) -> f64 {
+        self.root.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: t, columns })
+    }
+
     /// Whether a parameter of the case occurs.
     pub(super) fn uses_parameters(&self) -> bool {
         self.uses_parameters
@@ -137,7 +155,7 @@ impl Expression {
 
     pub(super) fn value(&self, point: [f64; 3], t: f64) -> f64 {
         let [x, y, z] = point;
-        self.root.evaluate(&Values { x, y, z, time: t })
+        self.root.evaluate(&Values { x, y, z, time: t, columns: &[] })
     }
 
     /// Instants at which `t` passes a number that it is compared with.
@@ -149,7 +167,7 @@ impl Expression {
 
     pub(super) fn motion(&self, point: [f64; 3], t: f64) -> Motion {
         let [x, y, z] = point.map(Motion::constant);
-        self.root.evaluate(&Values { x, y, z, time: Motion::time(t) })
+        self.root.evaluate(&Values { x, y, z, time: Motion::time(t), columns: &[] })
     }
 }
 
@@ -175,18 +193,21 @@ impl Condition {
     /// Whether the condition holds at a point.
     pub(super) fn holds(&self, point: [f64; 3]) -> bool {
         let [x, y, z] = point;
-        self.root.holds(&Values { x, y, z, time: 0.0 })
+        self.root.holds(&Values { x, y, z, time: 0.0, columns: &[] })
     }
 }
 
 impl Node {
-    fn evaluate<T: Scalar>(&self, at: &Values<T>) -> T {
+    fn evaluate<T: Scalar>(&self, at: &Values<'_, T>) -> T {
         match self {
             Self::Number(value) => T::constant(*value),
             Self::Variable(Variable::X) => at.x,
             Self::Variable(Variable::Y) => at.y,
             Self::Variable(Variable::Z) => at.z,
             Self::Variable(Variable::Time) => at.time,
+            Self::Variable(Variable::Column(number)) => {
+                T::constant(at.columns.get(*number).copied().unwrap_or(f64::NAN))
+            }
             Self::Negate(node) => -node.evaluate(at),
             Self::Binary(operator, a, b) => operator.apply(a.evaluate(at), b.evaluate(at)),
             Self::Call(function, arguments) => function.evaluate(arguments, at),
@@ -232,12 +253,12 @@ impl Node {
     /// The value, if no variable occurs.
     fn number(&self) -> Option<f64> {
         let constant = !self.uses(&|_| true);
-        constant.then(|| self.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: 0.0 }))
+        constant.then(|| self.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: 0.0, columns: &[] }))
     }
 }
 
 impl Test {
-    fn holds<T: Scalar>(&self, at: &Values<T>) -> bool {
+    fn holds<T: Scalar>(&self, at: &Values<'_, T>) -> bool {
         match self {
             Self::Compare(comparison, a, b) => comparison.holds(a.evaluate(at).real(), b.evaluate(at).real()),
             Self::And(a, b) => a.holds(at) && b.holds(at),
@@ -300,7 +321,7 @@ impl Comparison {
 impl Function {
     /// The value for arguments of which the parser has seen to it that there are enough; a function of one argument goes
     /// by its first and second derivatives, the others are made of operations that have them.
-    fn evaluate<T: Scalar>(self, arguments: &[Node], at: &Values<T>) -> T {
+    fn evaluate<T: Scalar>(self, arguments: &[Node], at: &Values<'_, T>) -> T {
         let value = |number: usize| arguments[number].evaluate(at);
         let argument = value(0);
         let others = || arguments[1..].iter().map(|node| node.evaluate(at));

@@ -5,6 +5,7 @@ pub mod at;
 pub mod complaint;
 pub mod condition;
 pub mod context;
+pub mod derived;
 mod deserializer;
 pub mod document;
 mod dual;

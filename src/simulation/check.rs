@@ -9,7 +9,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::remarks::{contact_starts, remarks};
 use super::unit_note::unit_note;
-use super::{Share, needs, options, share_out, start};
+use super::{Share, derived, needs, options, share_out, start};
 use crate::accuracy::{self, limits_slip};
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision, self_contact};
@@ -38,6 +38,7 @@ const HIGH_PRESSURE: f64 = 0.1;
 pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
     let world = session.world();
     let model = Model::<D>::new(case)?;
+    derived::require_columns(case, &model, None)?;
     let Share { local, partition, remarks: of_meshes } = share_out(session, case, &model)?;
     let themselves = if session.size() == 1 { self_contact::remarks(&local, &model) } else { Vec::new() };
     let sizes = sizes(world, &local, model.bodies.len());
@@ -48,6 +49,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let mut system = ContactSystem::new(session, local, &model, wanted)?;
     let precision = Precision::of(&system);
     precision::require(&precision)?;
+    derived::require_derived(&system, case, &model)?;
     start::require_reach(&mut system, &model, case)?;
     accuracy::limit_penetration(&mut system, case, &precision)?;
     if case.is_static() {

@@ -47,7 +47,7 @@ impl<const D: usize> Journal<D> {
     /// A file can not be written; the error is the same on all ranks.
     pub(super) fn write_fields(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
         let Some(writer) = &mut self.fields else { return Ok(()) };
-        let volume = body_fields(system, stage);
+        let volume = body_fields(system, stage, self.stresses)?;
         let surface = surface_fields(system, stage)?;
         let written =
             writer.write(self.step, &volume, (!system.contacts().is_empty()).then_some(&surface[..]));

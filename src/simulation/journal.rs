@@ -6,6 +6,7 @@ use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
 use super::current_solve::CurrentSolve;
+use super::derived::{StepRows, derived_cells};
 use super::earlier_run::EarlierRun;
 use super::place::{RunRequest, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
@@ -14,10 +15,11 @@ use super::unit_note::unit_note;
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision};
 use crate::assembly::ContactSystem;
-use crate::case::Case;
+use crate::case::{Case, Derived};
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
 use crate::model::Model;
+use crate::observe::bodies::body_reports;
 use crate::observe::contact::{self, ContactColumn};
 use crate::observe::energy::{Energies, EnergyLedger};
 use crate::observe::fields::surface_cells;
@@ -46,6 +48,12 @@ pub struct Journal<const D: usize> {
     pub(super) fields: Option<FieldWriter<D>>,
     /// Fields are written every `every` steps and at the end of time \[s\]; 0 writes no fields.
     every: u64,
+    /// Whether the fields include derived and nodal stresses.
+    pub(super) stresses: bool,
+    /// Whether the case requests the table of the bodies.
+    bodies: bool,
+    /// The quantities that the case derives.
+    derived: Vec<Derived>,
     pub(super) end: f64,
     model: Model<D>,
     /// A sentence on the units if they are not SI.
@@ -98,6 +106,9 @@ impl<const D: usize> Journal<D> {
             tables,
             fields: None,
             every,
+            stresses: case.output.fields.stresses,
+            bodies: case.output.bodies,
+            derived: case.output.derived.values().map(|derived| derived.value.clone()).collect(),
             end: case.time.end.value,
             model: model.clone(),
             remarks: super::options::remarks(case),
@@ -283,7 +294,7 @@ impl<const D: usize> Journal<D> {
         dt: f64,
     ) -> Result<()> {
         let points = probes::report(system, &self.watched, stage)?;
-        let contacts = contact::reports(system, &stage.trial.u);
+        let contacts = contact::reports(system, stage, ledger.contacts());
         for (penetration, report) in self.record.penetrations.iter_mut().zip(&contacts) {
             let number = |column: ContactColumn<D>| report.number(&column);
             penetration.deepest = penetration.deepest.max(number(ContactColumn::MAX_PENETRATION));
@@ -295,6 +306,7 @@ impl<const D: usize> Journal<D> {
         }
         let reactions = reactions(system, &stage.trial.u, ledger.reactions());
         let rigid = ledger.rigid();
+        let bodies = if self.bodies { body_reports(system, stage) } else { Vec::new() };
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
             tables.check()?;
             tables.begin_row(self.step, stage.trial.time, dt);
@@ -302,8 +314,20 @@ impl<const D: usize> Journal<D> {
             tables.contacts(&contacts)?;
             tables.reactions(&reactions)?;
             tables.rigid(&rigid)?;
+            tables.bodies(&bodies)?;
             tables.energies(energies)?;
-            tables.momentum(ledger.momentum())
+            tables.momentum(ledger.momentum())?;
+            let rows = StepRows {
+                time: stage.trial.time,
+                probes: (&self.watched, &points),
+                contacts: &contacts,
+                reactions: &reactions,
+                rigid: &rigid,
+                bodies: &bodies,
+                energies,
+                momentum: ledger.momentum(),
+            };
+            tables.derived(&derived_cells(&self.derived, &rows))
         });
         agree(self.session.world(), own)
     }

@@ -5,6 +5,7 @@ mod begin;
 mod check;
 mod checkpoint;
 mod current_solve;
+mod derived;
 mod earlier_run;
 mod fields;
 mod hints;
@@ -89,6 +90,7 @@ impl<const D: usize> Ready<D> {
     pub fn new(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<Self> {
         let keeper = CheckpointPolicy::new(session, case, place)?;
         let model = Model::<D>::new(case)?;
+        derived::require_columns(case, &model, None)?;
         let mut saved = Saved::find::<D>(session, case, place)?;
         let Share { local, partition, remarks } = share_out(session, case, &model)?; // METIS
         let scheme = options::scheme(&case.time);
@@ -98,6 +100,7 @@ impl<const D: usize> Ready<D> {
         let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
         let precision = Precision::of(&system);
         precision::require(&precision)?;
+        derived::require_derived(&system, case, &model)?;
         start::require_reach(&mut system, &model, case)?;
         accuracy::limit_penetration(&mut system, case, &precision)?;
         let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;

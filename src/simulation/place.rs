@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::begin::Begin;
 use super::input::{shared_bytes, shared_text};
-use super::tables::Tables;
+use super::tables::{OptionalTables, Tables};
 use crate::case::{Case, Mesh};
 use crate::error::{Error, Result, agree};
 use crate::output::console::Verbosity;
@@ -95,7 +95,12 @@ pub(super) fn prepare<const D: usize>(
         }
         None => ResultsFolder::create(&place.folder)?,
     };
-    Ok((Some(Tables::open(folder.path(), case.units, lock, !case.rigid.is_empty(), past)?), inputs))
+    let optional = OptionalTables {
+        rigid: !case.rigid.is_empty(),
+        bodies: case.output.bodies,
+        derived: case.output.derived.names().map(str::to_owned).collect(),
+    };
+    Ok((Some(Tables::open(folder.path(), case.units, lock, optional, past)?), inputs))
 }
 
 /// How long a rank waits for the results folder. It may appear on another host a moment later.

@@ -85,7 +85,8 @@ impl CheckpointHeader {
     /// Checks whether the case can be resumed from this checkpoint.
     fn check<const D: usize>(&self, case: &Case, inputs: &[InputRecord]) -> Result<()> {
         let cure = "restore the case of that run, or start again without --restart; only title, end, \
-                    solver, PETSc options and output except probes may change";
+                    solver, PETSc options and output except probes, bodies and derived \
+                    quantities may change";
         let units = Units::of_record(&self.case);
         if units != case.units {
             let message =
@@ -269,7 +270,7 @@ fn find_checkpoint<const D: usize>(case: &Case, place: &RunRequest, ranks: usize
 }
 
 /// The case without the entries that may change: title, end of time, solver, PETSc's options, and
-/// output except probes.
+/// output except probes, bodies and derived quantities.
 fn fixed(case: &Case) -> Result<Value> {
     let mut json = case.to_json()?;
     if let Some(case) = json.as_object_mut() {
@@ -278,7 +279,7 @@ fn fixed(case: &Case) -> Result<Value> {
             time.remove("end");
         }
         if let Some(output) = case.get_mut("output").and_then(Value::as_object_mut) {
-            output.retain(|key, _| key == "probes");
+            output.retain(|key, _| ["probes", "bodies", "derived"].contains(&key.as_str()));
         }
     }
     Ok(json)

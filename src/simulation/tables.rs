@@ -4,18 +4,30 @@ use std::path::Path;
 
 use crate::case::Units;
 use crate::error::{Error, Result};
+use crate::observe::bodies::{BODY_COLUMNS, BODY_FILE, BodyReport};
 use crate::observe::contact::{CONTACT_FILE, ContactColumn, ContactReport};
 use crate::observe::energy::{
     ENERGY_COLUMNS, ENERGY_FILE, Energies, MOMENTUM_COLUMNS, MOMENTUM_FILE, Momentum,
 };
 use crate::observe::probes::{PROBE_FILE, Watched};
-use crate::observe::quantity::{Cell, Column, TableFile, headings};
+use crate::observe::quantity::{Cell, Column, DERIVED_FILE, TableFile, headings};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE, Reaction};
 use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE, RigidReport};
 use crate::output::anchor::Anchor;
 use crate::output::iterations::{IterationRow, IterationTable};
 use crate::output::lock::Lock;
 use crate::output::table::{Mark, Marks, Table};
+
+/// Tables that only some cases have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OptionalTables {
+    /// That of the rigid bodies, if there are any.
+    pub rigid: bool,
+    /// That of the deformable bodies, if the case requests it.
+    pub bodies: bool,
+    /// Names of the derived quantities; without any there is no table of them.
+    pub derived: Vec<String>,
+}
 
 /// The open tables.
 pub struct Tables<const D: usize> {
@@ -24,6 +36,10 @@ pub struct Tables<const D: usize> {
     reactions: Table,
     /// The table of the rigid bodies, if there are any.
     rigid: Option<Table>,
+    /// The table of the deformable bodies, if the case requests it.
+    bodies: Option<Table>,
+    /// The table of the derived quantities, if there are any.
+    derived: Option<Table>,
     energy: Table,
     momentum: Table,
     iterations: IterationTable,
@@ -43,12 +59,18 @@ pub struct Tables<const D: usize> {
 }
 
 impl<const D: usize> Tables<D> {
-    /// Creates the tables that do not depend on probes, with headings in `units`. That of the rigid
-    /// bodies is created if there are any (`rigid`). With marks of a checkpoint it opens the tables and continues from these marks.
+    /// Creates the tables that do not depend on probes, with headings in `units`, and those of
+    /// `optional`. With marks of a checkpoint it opens the tables and continues from these marks.
     ///
     /// # Errors
     /// A file can not be created, or it is not the file that was written before.
-    pub fn open(folder: &Path, units: Units, lock: Lock, rigid: bool, past: Option<&Marks>) -> Result<Self> {
+    pub fn open(
+        folder: &Path,
+        units: Units,
+        lock: Lock,
+        optional: OptionalTables,
+        past: Option<&Marks>,
+    ) -> Result<Self> {
         let open = |file: &TableFile, columns: Vec<String>| {
             Table::open(&folder.join(file.name), units.headings(file.headings(columns)), past)
         };
@@ -59,7 +81,11 @@ impl<const D: usize> Tables<D> {
             probes: None,
             contact: open(&CONTACT_FILE, contact)?,
             reactions: open(&REACTION_FILE, columns::<D, _>(REACTION_COLUMNS))?,
-            rigid: rigid.then(|| open(&RIGID_FILE, columns::<D, _>(RIGID_COLUMNS))).transpose()?,
+            rigid: optional.rigid.then(|| open(&RIGID_FILE, columns::<D, _>(RIGID_COLUMNS))).transpose()?,
+            bodies: optional.bodies.then(|| open(&BODY_FILE, columns::<D, _>(BODY_COLUMNS))).transpose()?,
+            derived: (!optional.derived.is_empty())
+                .then(|| open(&DERIVED_FILE, optional.derived))
+                .transpose()?,
             energy: open(&ENERGY_FILE, columns::<D, _>(ENERGY_COLUMNS))?,
             momentum: open(&MOMENTUM_FILE, columns::<D, _>(MOMENTUM_COLUMNS))?,
             iterations: IterationTable::open(folder, units, past)?,
@@ -85,7 +111,13 @@ impl<const D: usize> Tables<D> {
 
     fn all(&self) -> impl Iterator<Item = &Table> {
         let others = [&self.contact, &self.reactions, &self.energy, &self.momentum];
-        self.probes.iter().chain(&self.rigid).chain(others).chain([self.iterations.table()])
+        self.probes
+            .iter()
+            .chain(&self.rigid)
+            .chain(&self.bodies)
+            .chain(&self.derived)
+            .chain(others)
+            .chain([self.iterations.table()])
     }
 
     /// Checks that the folder and its tables are in place, unchanged, and locked by this run.
@@ -203,6 +235,29 @@ impl<const D: usize> Tables<D> {
             let own = RIGID_COLUMNS.iter().flat_map(|column| column.cells::<D>(report));
             table.row(&head.clone().chain([Cell::Text(&report.state.name)]).chain(own).collect::<Vec<_>>())
         })
+    }
+
+    /// Writes one row for each deformable body.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn bodies(&mut self, reports: &[BodyReport]) -> Result<()> {
+        let Some(table) = &mut self.bodies else { return Ok(()) };
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        reports.iter().try_for_each(|report| {
+            let own = BODY_COLUMNS.iter().flat_map(|column| column.cells::<D>(report));
+            table.row(&head.clone().chain([Cell::Text(&report.name)]).chain(own).collect::<Vec<_>>())
+        })
+    }
+
+    /// Writes one row of the derived quantities.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn derived(&mut self, values: &[Cell]) -> Result<()> {
+        let Some(table) = &mut self.derived else { return Ok(()) };
+        let head = [Cell::Count(self.step), Cell::Number(self.time)];
+        table.row(&head.into_iter().chain(values.iter().copied()).collect::<Vec<_>>())
     }
 
     /// Writes one row of energies. Also returns the error of an iteration that could not be

@@ -89,8 +89,8 @@ pub enum Reference {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyQuantity {
-    /// A table of the results: `probes.csv`, `contact.csv`, `reactions.csv`, `rigid.csv`, `energy.csv`,
-    /// `momentum.csv`.
+    /// A table of the results: `probes.csv`, `contact.csv`, `reactions.csv`, `rigid.csv`,
+    /// `bodies.csv`, `derived.csv`, `energy.csv`, `momentum.csv`.
     pub table: At<String>,
     /// Column, with its unit as in the header.
     pub column: At<String>,
@@ -145,8 +145,16 @@ tagged!(read Measure, "measure");
 tagged!(read KnownReference, "reference");
 
 /// Tables of a results folder that have a row a step.
-pub const TABLES: [&str; 6] =
-    ["probes.csv", "contact.csv", "reactions.csv", "rigid.csv", "energy.csv", "momentum.csv"];
+pub const TABLES: [&str; 8] = [
+    "probes.csv",
+    "contact.csv",
+    "reactions.csv",
+    "rigid.csv",
+    "bodies.csv",
+    "derived.csv",
+    "energy.csv",
+    "momentum.csv",
+];
 
 impl Study {
     /// Reads and checks the text of a study; errors show the name, and its folder is the

@@ -15,6 +15,7 @@
 //! - [`tied`] ties two surfaces in the reference configuration.
 //! - [`contact`] combines them, and `over_step` does so for the conserving scheme. `moving` does so
 //!   over a moving rigid body.
+//! - [`resultant`] adds up the forces on the contactor for output.
 
 mod broad_phase;
 pub mod candidates;
@@ -32,6 +33,7 @@ mod overlap;
 mod parametric;
 mod polygon;
 mod products;
+pub mod resultant;
 pub mod segment;
 pub mod shape;
 pub mod split;

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::shape::FacetShape;
 use super::split::linear;
+use crate::contact::nodal::at;
 use crate::contact::surface::Ownership;
 use crate::mesh::{ElementKind, Facet, Mesh};
 use crate::space::{facet_normal, facet_tangents, reference};
@@ -190,6 +191,33 @@ impl<const D: usize> VertexSurface<D> {
     /// Undeformed area assigned to a vertex, regardless of the extent of its target [m, m^2].
     pub fn reference_area(&self, vertex: usize) -> f64 {
         self.reference_area[vertex]
+    }
+
+    /// Area assigned to each vertex at the displacements `u` \[m\] of the local nodes, divided by its
+    /// undeformed area.
+    pub fn stretches(&self, u: &[f64]) -> Vec<f64> {
+        let mut areas = vec![0.0; self.vertices.len()];
+        let mut points = Vec::new();
+        for facet in &self.facets {
+            let element = reference(facet.kind);
+            let rule = element.rule(5);
+            let table = element.tabulate(&rule);
+            let width = table.nodes * (D - 1);
+            points.clear();
+            let nodes = self.facet_nodes(facet).iter().zip(self.reference_points(facet));
+            points.extend(nodes.map(|(&node, place)| place + at::<D>(u, node)));
+            for (q, place) in rule.points.iter().enumerate() {
+                let tangents = facet_tangents(&points, &table.dn[q * width..(q + 1) * width]);
+                let area = table.weights[q] * facet_normal(&tangents).norm();
+                let weights = FacetShape::at(linear(facet.kind), [place[0], place[1]]);
+                for (vertex, weight) in facet.vertices.iter().zip(weights.value) {
+                    if let Some(vertex) = vertex {
+                        areas[*vertex as usize] += area * weight;
+                    }
+                }
+            }
+        }
+        areas.iter().zip(&self.reference_area).map(|(now, before)| now / before).collect()
     }
 
     /// Undeformed sizes around a vertex whose contact carries this share of the tractions.

@@ -3,7 +3,7 @@
 use super::super::complaint::{Complaint, listed, nearest};
 use super::super::context::{parameter, parameter_names};
 use super::super::unit::number_length;
-use super::{Comparison, FUNCTIONS, Function, Node, Operator, Test, VARIABLES};
+use super::{Comparison, FUNCTIONS, Function, Node, Operator, Test, VARIABLES, Variable};
 
 /// Longer symbols first, so that `<=` is not read as `<`.
 const COMPARISONS: [(&str, Comparison); 6] = [
@@ -42,6 +42,14 @@ pub(super) fn parse_number(text: &str) -> Result<(Node, bool), Complaint> {
     Ok((root, parser.uses_parameters))
 }
 
+/// The tree of an expression in columns of tables, and the columns that occur in it, each once, with the
+/// number of characters before it.
+pub(super) fn parse_of_columns(text: &str) -> Result<(Node, Vec<(String, usize)>), Complaint> {
+    let mut parser = Parser { columns: Some(Vec::new()), ..Parser::new(text) };
+    let root = parser.whole(|parser| parser.number(Parser::any))?;
+    Ok((root, parser.columns.unwrap_or_default()))
+}
+
 /// The tree of a condition.
 pub(super) fn parse_condition(text: &str) -> Result<Test, Complaint> {
     Parser::new(text).whole(|parser| parser.condition(Parser::any))
@@ -59,11 +67,13 @@ struct Parser<'a> {
     depth: usize,
     operations: usize,
     uses_parameters: bool,
+    /// Columns of tables that occur, if they may.
+    columns: Option<Vec<(String, usize)>>,
 }
 
 impl<'a> Parser<'a> {
     fn new(text: &'a str) -> Self {
-        Self { text, at: 0, depth: 0, operations: 0, uses_parameters: false }
+        Self { text, at: 0, depth: 0, operations: 0, uses_parameters: false, columns: None }
     }
 
     /// Parses the whole text.
@@ -90,8 +100,9 @@ impl<'a> Parser<'a> {
 
     fn wrong_at(&self, at: usize, message: String) -> Complaint {
         let functions: Vec<&str> = FUNCTIONS.iter().map(|entry| entry.0).collect();
+        let variables = if self.columns.is_some() { "TABLE.NAME.COLUMN t" } else { "x y z t" };
         let hint = format!(
-            "known: x y z t pi, + - * / ^, < <= > >= == !=, and or not, {} if(condition, a, b)",
+            "known: {variables} pi, + - * / ^, < <= > >= == !=, and or not, {} if(condition, a, b)",
             functions.join(" ")
         );
         Complaint::new(message).hint(hint).offset(self.text[..at].chars().count())
@@ -123,6 +134,34 @@ impl<'a> Parser<'a> {
     fn name(&self) -> &'a str {
         let rest = self.rest();
         &rest[..rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())]
+    }
+
+    /// The column of a table at this position, such as `contact.sole.force_n`, or within quotation marks
+    /// if a name in it has a `-`; `None` if there is none or it is not allowed.
+    fn column(&mut self) -> Option<Node> {
+        let columns = self.columns.as_mut()?;
+        let rest = &self.text[self.at..];
+        let (name, length) = match rest.strip_prefix('`') {
+            Some(quoted) => {
+                let end = quoted.find('`')?;
+                (&quoted[..end], end + 2)
+            }
+            None => {
+                let inside = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+                let end = rest.find(|c: char| !inside(c)).unwrap_or(rest.len());
+                (&rest[..end], end)
+            }
+        };
+        if !name.contains('.') || name.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+            return None;
+        }
+        let known = columns.iter().position(|(known, _)| known == name);
+        let number = known.unwrap_or_else(|| {
+            columns.push((name.to_owned(), self.text[..self.at].chars().count()));
+            columns.len() - 1
+        });
+        self.at += length;
+        Some(Node::Variable(Variable::Column(number)))
     }
 
     fn take_word(&mut self, word: &str) -> bool {
@@ -300,6 +339,9 @@ impl<'a> Parser<'a> {
             self.expect(")")?;
             return Ok(inner);
         }
+        if let Some(column) = self.column() {
+            return Ok(Part::Number(column));
+        }
         let digits = number_length(self.rest());
         if let (true, Ok(value)) = (self.starts_number(), self.rest()[..digits].parse()) {
             self.at += digits;
@@ -322,7 +364,9 @@ impl<'a> Parser<'a> {
     fn word(&mut self, name: &str) -> Result<Node, Complaint> {
         let start = self.at;
         self.at += name.len();
-        if let Some((_, variable)) = VARIABLES.iter().find(|entry| entry.0 == name) {
+        let variable = VARIABLES.iter().find(|entry| entry.0 == name);
+        let exists = |variable: Variable| self.columns.is_none() || variable == Variable::Time;
+        if let Some((_, variable)) = variable.filter(|entry| exists(entry.1)) {
             return Ok(Node::Variable(*variable));
         }
         if name == "pi" {
