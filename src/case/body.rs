@@ -17,7 +17,7 @@ use crate::reader::tagged::tagged;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Mesh: a box, or a region of a Gmsh file.
+    /// Mesh: a box, or a mesh file or a region of it.
     pub mesh: Mesh,
     /// Further sets by name, selected by the reference position; `body.set` names them, as it names
     /// the sets of the mesh.
@@ -119,12 +119,12 @@ impl BoxMap {
     }
 }
 
-/// A region of a Gmsh file.
+/// A mesh file, or a region of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileMesh {
     /// Path, relative to the case file.
     pub file: At<String>,
-    /// Physical group of the body; the whole mesh if absent.
+    /// Physical group or element set of the body; the whole mesh if absent.
     pub region: Option<At<String>>,
     /// Treatment of coincident nodes.
     pub merge: Option<At<Merge>>,
@@ -137,10 +137,11 @@ struct MeshKeys {
     /// A built-in box of equal cells.
     #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
     cuboid: Option<BoxMesh>,
-    /// Gmsh file (MSH 2.2 or 4.1), relative to the case file.
+    /// Mesh file, relative to the case file: an input file of Abaqus or CalculiX if its name ends in
+    /// `.inp`, a Gmsh file (MSH 2.2 or 4.1) otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     file: Option<At<String>>,
-    /// Physical group of the file that forms the body; the whole mesh if absent.
+    /// Physical group or element set of the file that forms the body; the whole mesh if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     region: Option<At<String>>,
     /// Treatment of coincident nodes of the file that no element joins, as Gmsh writes them without

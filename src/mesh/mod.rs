@@ -1,16 +1,20 @@
 //! Meshes: points, elements of any kind, bodies, and named sets of elements, facets and points.
 
+pub mod abaqus;
 mod boundary;
 mod bounds;
 mod compact;
 mod disjoint;
+mod file;
 mod generate;
 pub mod gmsh;
 mod kind;
 #[cfg(test)]
 mod measure;
 mod merge;
+mod numbering;
 mod room;
+mod source;
 mod spelling;
 mod tree;
 pub mod validate;
@@ -18,10 +22,12 @@ pub mod validate;
 pub use boundary::FacetIndex;
 pub use bounds::{Bounds, stretch};
 pub use disjoint::DisjointSets;
+pub use file::read_file;
 pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
 pub use room::require_room;
+pub use source::MeshFile;
 pub use spelling::{digits, spelled};
 pub use tree::BoundsTree;
 

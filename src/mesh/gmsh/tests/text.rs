@@ -169,7 +169,8 @@ fn three_elements_at_one_side_are_refused() {
     assert!(error.contains("shares one side with two or more others: 5, 3, 4"), "{error}");
 }
 
-/// Windows line ends, comments, data sections and a missing final line end are accepted.
+/// Windows line ends, comments, data sections, padded names and a missing final line end are
+/// accepted.
 #[test]
 fn harmless_variants_are_read() {
     let mesh: Mesh<2> = parse(SMALL.as_bytes(), None).unwrap();
@@ -179,6 +180,7 @@ fn harmless_variants_are_read() {
         SMALL.replace("$EndNodes", data),
         SMALL.replace("$PhysicalNames", "$Comments\nby hand\n$EndComments\n$PhysicalNames"),
         SMALL.trim_end().to_owned(),
+        SMALL.replace("rubber\"", "rubber     \""),
     ] {
         assert_eq!(parse::<2>(variant.as_bytes(), None).unwrap(), mesh, "{variant}");
     }
