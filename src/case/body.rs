@@ -211,6 +211,7 @@ pub enum Element {
     Hex8,
     Hex20,
     Hex27,
+    Wedge6,
 }
 tagged!(Element, "element");
 
@@ -228,6 +229,7 @@ impl Element {
             Self::Hex8 => "hex8",
             Self::Hex20 => "hex20",
             Self::Hex27 => "hex27",
+            Self::Wedge6 => "wedge6",
         }
     }
 
@@ -235,13 +237,13 @@ impl Element {
     pub fn dimension(self) -> usize {
         match self {
             Self::Tri3 | Self::Tri6 | Self::Quad4 | Self::Quad8 | Self::Quad9 => 2,
-            Self::Tet4 | Self::Tet10 | Self::Hex8 | Self::Hex20 | Self::Hex27 => 3,
+            Self::Tet4 | Self::Tet10 | Self::Hex8 | Self::Hex20 | Self::Hex27 | Self::Wedge6 => 3,
         }
     }
 
     /// Whether selective reduced integration applies.
     pub fn offers_locking_cure(self) -> bool {
-        !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10)
+        !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6)
     }
 }
 

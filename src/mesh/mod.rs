@@ -123,7 +123,7 @@ impl<const D: usize> Mesh<D> {
 
     /// Kind of a facet.
     pub fn facet_kind(&self, facet: Facet) -> ElementKind {
-        self.kinds[facet.element as usize].facet_kind()
+        self.kinds[facet.element as usize].side_kind(facet.side as usize)
     }
 
     /// Fills `nodes` with the nodes of a facet, in the order of its kind, oriented outward.
@@ -139,7 +139,7 @@ impl<const D: usize> Mesh<D> {
         let of_element = self.element_nodes(facet.element as usize);
         let kind = self.kinds[facet.element as usize];
         let side = kind.sides()[facet.side as usize];
-        side[..kind.facet_kind().corners()].iter().map(|&local| of_element[local as usize])
+        side[..kind.side_kind(facet.side as usize).corners()].iter().map(|&local| of_element[local as usize])
     }
 
     /// Mean of an element's corners \[m\], used as its position in messages.

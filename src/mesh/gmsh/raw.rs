@@ -143,7 +143,7 @@ pub(super) fn kind_of(
         return Ok(Some(kind));
     }
     let name = match code {
-        6 | 13 | 18 => " (a prism)",
+        13 | 18 => " (a prism of second order)",
         7 | 14 | 19 => " (a pyramid)",
         20..=25 => " (a triangle of third or higher order)",
         26..=28 => " (a line of third or higher order)",
