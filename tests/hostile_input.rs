@@ -15,7 +15,7 @@ use common::Folder;
 use contact_petsc::case::{Case, Function};
 use contact_petsc::checkpoint;
 use contact_petsc::error::Error;
-use contact_petsc::mesh::gmsh;
+use contact_petsc::mesh::{abaqus, gmsh, read_file};
 use contact_petsc::model::read_mesh;
 use contact_petsc::output::vtu_reader;
 use contact_petsc::plot::Csv;
@@ -36,6 +36,8 @@ enum Input {
     /// A case whose mesh is read as well.
     Box(String),
     Mesh(Vec<u8>),
+    /// A mesh as an input file of Abaqus.
+    Deck(String),
     Checkpoint(Vec<u8>),
     Field(Vec<u8>),
     Table(Vec<u8>),
@@ -87,6 +89,13 @@ fn header(length: u64, text: &str) -> Input {
     bytes.extend(length.to_le_bytes());
     bytes.extend(text.bytes());
     Input::Checkpoint(bytes)
+}
+
+/// An input file of Abaqus with one element in set `all`, and its nodes in set `a`.
+fn deck(rest: &str) -> String {
+    format!(
+        "*NODE, NSET=a\n1, 0, 0\n2, 1, 0\n3, 1, 1\n4, 0, 1\n*ELEMENT, TYPE=CPE4, ELSET=all\n1, 1, 2, 3, 4\n{rest}"
+    )
 }
 
 /// An input by name, created on demand, because some are long.
@@ -155,6 +164,35 @@ fn inputs() -> Vec<Entry> {
             let (name, body) = ("$End".repeat(250_000) + "x", "$End".repeat(500_000));
             Input::Mesh(format!("{text}{name}\n{body}").into_bytes())
         }),
+        entry("sets that contain themselves", || Input::Deck(deck(&"*NSET, NSET=a\na, a\n".repeat(10_000)))),
+        entry("sets of all sets before", || {
+            let line = |k: usize| format!("*NSET, NSET=s{k}\ns{}, s{}\n", k - 1, k.saturating_sub(2).max(1));
+            Input::Deck(deck(
+                &("*NSET, NSET=s1\na\n".to_owned() + &(2..30_000).map(line).collect::<String>()),
+            ))
+        }),
+        entry("ranges of 10^12 nodes", || {
+            Input::Deck(deck(&format!(
+                "*NSET, NSET=b, GENERATE\n{}9, 8\n",
+                format!("1, {TRILLION}\n").repeat(10_000)
+            )))
+        }),
+        entry("surfaces of everything", || {
+            let surfaces = "*SURFACE, NAME=a\nall\n".repeat(50_000);
+            Input::Deck(deck(&(surfaces + "*SURFACE, NAME=a\nall, S9\n")))
+        }),
+        entry("keywords without end", || Input::Deck("*NODE, a,\n".to_owned() + &"b,\n".repeat(300_000))),
+        entry("an element without end", || {
+            Input::Deck("*ELEMENT, TYPE=CPE4\n1,\n".to_owned() + &",\n".repeat(300_000))
+        }),
+        entry("a name of a megabyte", || {
+            Input::Deck(deck(&format!("*NSET, NSET=b\n{}", "n".repeat(1 << 20))))
+        }),
+        entry("commas of a megabyte", || {
+            Input::Deck(deck(&("*NSET, NSET=b\n".to_owned() + &",".repeat(1 << 20) + "x")))
+        }),
+        entry("many keywords", || Input::Deck((0..100_000).map(|k| format!("*KEY{k}\n")).collect())),
+        entry("an input file of a gigabyte", || Input::Gigabyte("a.inp", b"x")),
         entry("a header of 60 MB", || header(60 << 20, "{")),
         entry("a header of 10^19 bytes", || header(u64::MAX, "{")),
         entry("a header of brackets", move || header(deep as u64, &"[".repeat(deep))),
@@ -191,6 +229,7 @@ fn refuse(input: &Input, folder: &Path) -> Result<(), Error> {
         Input::Case(text) => Case::parse(text, "case.yml").map(drop),
         Input::Box(text) => read_mesh::<2>(&Case::parse(text, "case.yml")?).map(drop),
         Input::Mesh(bytes) => gmsh::parse::<2>(bytes, None).map(drop),
+        Input::Deck(text) => abaqus::parse::<2>(text.as_bytes(), None).map(drop),
         Input::Checkpoint(bytes) => {
             let (path, length) = (Path::new("a.ckpt"), bytes.len() as u64);
             let mut file = std::io::Cursor::new(bytes);
@@ -208,7 +247,7 @@ fn refuse(input: &Input, folder: &Path) -> Result<(), Error> {
         Input::Gigabyte(name, _) => {
             let path = folder.join(name);
             match path.extension().and_then(|end| end.to_str()) {
-                Some("msh") => gmsh::read::<2>(&path, None).map(drop),
+                Some("msh" | "inp") => read_file::<2>(&path, None).map(drop),
                 Some("ckpt") => checkpoint::verify(&path).map(drop),
                 _ => Case::read(&path).map(drop),
             }
@@ -277,7 +316,7 @@ fn fixture(name: &str) -> PathBuf {
 #[test]
 fn what_was_found_before_stays_found() {
     let mut count = 0;
-    for target in ["case", "expression", "table", "mesh", "field", "checkpoint"] {
+    for target in ["case", "expression", "table", "mesh", "deck", "field", "checkpoint"] {
         // No folder: nothing was found, and the shipped cases and meshes are the seeds.
         for entry in fs::read_dir(fixture(target)).into_iter().flatten().flatten() {
             let (bytes, began) = (fs::read(entry.path()).unwrap(), Instant::now());
@@ -287,6 +326,7 @@ fn what_was_found_before_stays_found() {
                 "expression" => Input::Expression(text()),
                 "table" => Input::Table(bytes.clone()),
                 "mesh" => Input::Mesh(bytes.clone()),
+                "deck" => Input::Deck(text()),
                 "field" => Input::Field(bytes.clone()),
                 _ => Input::Checkpoint(bytes.clone()),
             };

@@ -17,7 +17,7 @@ use crate::reader::tagged::tagged;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Mesh: a box, or a region of a Gmsh file.
+    /// Mesh: a box, or a mesh file or a region of it.
     pub mesh: Mesh,
     /// Further sets by name, selected by the reference position; `body.set` names them, as it names
     /// the sets of the mesh.
@@ -119,12 +119,12 @@ impl BoxMap {
     }
 }
 
-/// A region of a Gmsh file.
+/// A mesh file, or a region of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileMesh {
     /// Path, relative to the case file.
     pub file: At<String>,
-    /// Physical group of the body; the whole mesh if absent.
+    /// Physical group or element set of the body; the whole mesh if absent.
     pub region: Option<At<String>>,
     /// Treatment of coincident nodes.
     pub merge: Option<At<Merge>>,
@@ -137,10 +137,11 @@ struct MeshKeys {
     /// A built-in box of equal cells.
     #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
     cuboid: Option<BoxMesh>,
-    /// Gmsh file (MSH 2.2 or 4.1), relative to the case file.
+    /// Mesh file, relative to the case file: an input file of Abaqus or CalculiX if its name ends in
+    /// `.inp`, a Gmsh file (MSH 2.2 or 4.1) otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     file: Option<At<String>>,
-    /// Physical group of the file that forms the body; the whole mesh if absent.
+    /// Physical group or element set of the file that forms the body; the whole mesh if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     region: Option<At<String>>,
     /// Treatment of coincident nodes of the file that no element joins, as Gmsh writes them without
@@ -210,6 +211,7 @@ pub enum Element {
     Hex8,
     Hex20,
     Hex27,
+    Wedge6,
 }
 tagged!(Element, "element");
 
@@ -227,6 +229,7 @@ impl Element {
             Self::Hex8 => "hex8",
             Self::Hex20 => "hex20",
             Self::Hex27 => "hex27",
+            Self::Wedge6 => "wedge6",
         }
     }
 
@@ -234,7 +237,7 @@ impl Element {
     pub fn dimension(self) -> usize {
         match self {
             Self::Tri3 | Self::Tri6 | Self::Quad4 | Self::Quad8 | Self::Quad9 => 2,
-            Self::Tet4 | Self::Tet10 | Self::Hex8 | Self::Hex20 | Self::Hex27 => 3,
+            Self::Tet4 | Self::Tet10 | Self::Hex8 | Self::Hex20 | Self::Hex27 | Self::Wedge6 => 3,
         }
     }
 
@@ -242,8 +245,10 @@ impl Element {
     pub fn offers(self, cure: Locking) -> bool {
         match cure {
             Locking::Auto | Locking::None => true,
-            Locking::SelectiveReduced => !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10),
-            Locking::MeanDilatation => !matches!(self, Self::Tri3 | Self::Tet4),
+            Locking::SelectiveReduced => {
+                !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6)
+            }
+            Locking::MeanDilatation => !matches!(self, Self::Tri3 | Self::Tet4 | Self::Wedge6),
         }
     }
 }
@@ -267,8 +272,8 @@ tagged!(Kinematics, "kinematics");
 #[schemars(rename = "Locking")]
 pub enum Locking {
     /// `selective_reduced` on quadrilaterals and hexahedra if Poisson's ratio is at least 0.45,
-    /// otherwise `none`. Triangles and tetrahedra do not support it: at such a ratio tri3 and tet4
-    /// cause a warning.
+    /// otherwise `none`. Triangles, tetrahedra and wedges do not support it: at such a ratio tri3,
+    /// tet4 and wedge6 cause a warning.
     #[default]
     Auto,
     /// Full integration.
@@ -277,8 +282,8 @@ pub enum Locking {
     /// all points; for quadrilaterals and hexahedra.
     SelectiveReduced,
     /// Mixed formulation: the volumetric energy at the mean dilatation of each element, or at its best
-    /// linear fit, with a discontinuous pressure that is condensed. For all elements except tri3 and
-    /// tet4, up to a Poisson's ratio of 0.4999.
+    /// linear fit, with a discontinuous pressure that is condensed. For all elements except tri3,
+    /// tet4 and wedge6, up to a Poisson's ratio of 0.4999.
     MeanDilatation,
 }
 tagged!(Locking, "cure for locking");

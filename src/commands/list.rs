@@ -19,7 +19,9 @@ type Group = (&'static str, &'static str, Vec<(&'static str, String)>);
 
 fn groups() -> Vec<Group> {
     let element = |kind: &ElementKind| {
-        let facet = kind.facet_kind().name();
+        let mut facets: Vec<&str> = (0..kind.sides().len()).map(|side| kind.side_kind(side).name()).collect();
+        facets.dedup();
+        let facet = facets.join(" and ");
         (kind.name(), format!("{}D, {} nodes, facets for contact: {facet}", kind.dimension(), kind.nodes()))
     };
     let own = |name, summary: &str| (name, summary.to_owned());

@@ -71,7 +71,7 @@ impl Locking {
             Self::MeanDilatation,
             "mean_dilatation",
             "mixed formulation with a discontinuous pressure, constant or linear in each element, which is \
-             condensed (all except tri3 and tet4)",
+             condensed (all except tri3, tet4 and wedge6)",
         ),
     ];
 
@@ -114,7 +114,7 @@ impl Locking {
                 Ok(VolumeRule::Projected(DilatationSpace::Linear))
             }
             (Self::MeanDilatation, _) => {
-                let cure = "its one point is the mean already: use elements of second order, quads or hexes";
+                let cure = "one value of the volume per element is too many for it: use elements of second order, quads or hexes";
                 Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
             }
             (Self::SelectiveReduced, _) => {

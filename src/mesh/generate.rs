@@ -14,8 +14,8 @@ pub struct BoxShape<const D: usize> {
     pub min: [f64; D],
     /// Corner with the highest coordinates \[m\].
     pub max: [f64; D],
-    /// Cells along each axis. A cell is one quadrilateral or hexahedron, two triangles, or six
-    /// tetrahedra.
+    /// Cells along each axis. A cell is one quadrilateral or hexahedron, two triangles or
+    /// wedges, or six tetrahedra.
     pub cells: [u32; D],
     /// Kind of all elements.
     pub element: ElementKind,
@@ -33,6 +33,9 @@ const HEX: &[&[u8]] = &[&[0, 1, 2, 3, 4, 5, 6, 7]];
 /// The two ways to halve a quadrilateral. Cells alternate between them, so that the mesh has no
 /// preferred direction.
 const HALVES: [&[&[u8]]; 2] = [&[&[0, 1, 2], &[0, 2, 3]], &[&[0, 1, 3], &[1, 2, 3]]];
+/// The halves of a hexahedron above those of a quadrilateral.
+const WEDGES: [&[&[u8]]; 2] =
+    [&[&[0, 1, 2, 4, 5, 6], &[0, 2, 3, 4, 6, 7]], &[&[0, 1, 3, 4, 5, 7], &[1, 2, 3, 5, 6, 7]]];
 /// Six tetrahedra around the diagonal from corner 0 to corner 6 (Kuhn). The faces of neighbouring
 /// cells match.
 const SIXTHS: &[&[u8]] =
@@ -124,6 +127,7 @@ impl<const D: usize> BoxShape<D> {
             (2, 3) => HALVES[cell.iter().sum::<u32>() as usize % 2],
             (2, _) => QUAD,
             (_, 4) => SIXTHS,
+            (_, 6) => WEDGES[cell.iter().take(2).sum::<u32>() as usize % 2],
             _ => HEX,
         }
     }

@@ -21,6 +21,7 @@ pub enum ElementKind {
     Hex8,
     Hex20,
     Hex27,
+    Wedge6,
 }
 
 use ElementKind::*;
@@ -33,7 +34,6 @@ struct Row {
     /// For each node, the corners whose mean it is in a straight-sided element.
     parents: &'static [&'static [u8]],
     sides: &'static [&'static [u8]],
-    facet: ElementKind,
     vtk: u8,
     gmsh: i32,
     gmsh_order: &'static [u8],
@@ -41,11 +41,11 @@ struct Row {
 
 impl ElementKind {
     /// Every kind, facets included, in the order of the enumeration.
-    pub const ALL: [Self; 12] =
-        [Line2, Line3, Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27];
+    pub const ALL: [Self; 13] =
+        [Line2, Line3, Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27, Wedge6];
 
     /// The kinds of solid elements in two or three dimensions.
-    pub const SOLIDS: [Self; 10] = [Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27];
+    pub const SOLIDS: [Self; 11] = [Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27, Wedge6];
 
     /// The name in case files and messages, for example `quad4`.
     pub fn name(self) -> &'static str {
@@ -80,7 +80,7 @@ impl ElementKind {
         self.row().parents
     }
 
-    /// Local nodes of each side, in the node order of [`facet_kind`](Self::facet_kind), oriented
+    /// Local nodes of each side, in the node order of [`side_kind`](Self::side_kind), oriented
     /// outward.
     ///
     /// Outward means that the normal vector points out of the element. In 2D it is `(t_y, -t_x)` of
@@ -89,9 +89,20 @@ impl ElementKind {
         self.row().sides
     }
 
-    /// The kind of the sides. A line has no sides and returns itself.
-    pub fn facet_kind(self) -> Self {
-        self.row().facet
+    /// The kind of a side, an index into [`sides`](Self::sides). The sides of a wedge are triangles
+    /// and quadrilaterals. For a side that does not
+    /// exist it is the kind of the element.
+    pub fn side_kind(self, side: usize) -> Self {
+        match (self.dimension(), self.sides().get(side).map_or(0, |nodes| nodes.len())) {
+            (2, 2) => Line2,
+            (2, 3) => Line3,
+            (3, 3) => Tri3,
+            (3, 4) => Quad4,
+            (3, 6) => Tri6,
+            (3, 8) => Quad8,
+            (3, 9) => Quad9,
+            _ => self,
+        }
     }
 
     /// Cell type of the VTK file formats.
@@ -157,6 +168,8 @@ const HEX: &[&[u8]] = &[
     &[0, 1, 2, 3, 4, 5, 6, 7],
 ];
 
+const WEDGE: &[&[u8]] = &[&[0], &[1], &[2], &[3], &[4], &[5]];
+
 const GMSH_TET10: &[u8] = &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8];
 #[rustfmt::skip]
 const GMSH_HEX: &[u8] = &[
@@ -165,43 +178,46 @@ const GMSH_HEX: &[u8] = &[
 
 /// One row for each kind, in the order of the enumeration.
 #[rustfmt::skip]
-static TABLE: [Row; 12] = [
-    Row { name: "line2", dimension: 1, corners: 2, parents: LINE.split_at(2).0, sides: &[], facet: Line2,
+static TABLE: [Row; 13] = [
+    Row { name: "line2", dimension: 1, corners: 2, parents: LINE.split_at(2).0, sides: &[],
           vtk: 3, gmsh: 1, gmsh_order: natural(2) },
-    Row { name: "line3", dimension: 1, corners: 2, parents: LINE, sides: &[], facet: Line3,
+    Row { name: "line3", dimension: 1, corners: 2, parents: LINE, sides: &[],
           vtk: 21, gmsh: 8, gmsh_order: natural(3) },
     Row { name: "tri3", dimension: 2, corners: 3, parents: TRI.split_at(3).0,
-          sides: &[&[0, 1], &[1, 2], &[2, 0]], facet: Line2,
+          sides: &[&[0, 1], &[1, 2], &[2, 0]],
           vtk: 5, gmsh: 2, gmsh_order: natural(3) },
     Row { name: "tri6", dimension: 2, corners: 3, parents: TRI,
-          sides: &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]], facet: Line3,
+          sides: &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]],
           vtk: 22, gmsh: 9, gmsh_order: natural(6) },
     Row { name: "quad4", dimension: 2, corners: 4, parents: QUAD.split_at(4).0,
-          sides: &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]], facet: Line2,
+          sides: &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
           vtk: 9, gmsh: 3, gmsh_order: natural(4) },
     Row { name: "quad8", dimension: 2, corners: 4, parents: QUAD.split_at(8).0,
-          sides: &[&[0, 1, 4], &[1, 2, 5], &[2, 3, 6], &[3, 0, 7]], facet: Line3,
+          sides: &[&[0, 1, 4], &[1, 2, 5], &[2, 3, 6], &[3, 0, 7]],
           vtk: 23, gmsh: 16, gmsh_order: natural(8) },
     Row { name: "quad9", dimension: 2, corners: 4, parents: QUAD,
-          sides: &[&[0, 1, 4], &[1, 2, 5], &[2, 3, 6], &[3, 0, 7]], facet: Line3,
+          sides: &[&[0, 1, 4], &[1, 2, 5], &[2, 3, 6], &[3, 0, 7]],
           vtk: 28, gmsh: 10, gmsh_order: natural(9) },
     Row { name: "tet4", dimension: 3, corners: 4, parents: TET.split_at(4).0,
-          sides: &[&[0, 1, 3], &[1, 2, 3], &[2, 0, 3], &[0, 2, 1]], facet: Tri3,
+          sides: &[&[0, 1, 3], &[1, 2, 3], &[2, 0, 3], &[0, 2, 1]],
           vtk: 10, gmsh: 4, gmsh_order: natural(4) },
     Row { name: "tet10", dimension: 3, corners: 4, parents: TET,
-          sides: &[&[0, 1, 3, 4, 8, 7], &[1, 2, 3, 5, 9, 8], &[2, 0, 3, 6, 7, 9], &[0, 2, 1, 6, 5, 4]], facet: Tri6,
+          sides: &[&[0, 1, 3, 4, 8, 7], &[1, 2, 3, 5, 9, 8], &[2, 0, 3, 6, 7, 9], &[0, 2, 1, 6, 5, 4]],
           vtk: 24, gmsh: 11, gmsh_order: GMSH_TET10 },
     Row { name: "hex8", dimension: 3, corners: 8, parents: HEX.split_at(8).0,
-          sides: &[&[0, 4, 7, 3], &[1, 2, 6, 5], &[0, 1, 5, 4], &[3, 7, 6, 2], &[0, 3, 2, 1], &[4, 5, 6, 7]], facet: Quad4,
+          sides: &[&[0, 4, 7, 3], &[1, 2, 6, 5], &[0, 1, 5, 4], &[3, 7, 6, 2], &[0, 3, 2, 1], &[4, 5, 6, 7]],
           vtk: 12, gmsh: 5, gmsh_order: natural(8) },
     Row { name: "hex20", dimension: 3, corners: 8, parents: HEX.split_at(20).0,
           sides: &[&[0, 4, 7, 3, 16, 15, 19, 11], &[1, 2, 6, 5, 9, 18, 13, 17], &[0, 1, 5, 4, 8, 17, 12, 16],
                    &[3, 7, 6, 2, 19, 14, 18, 10], &[0, 3, 2, 1, 11, 10, 9, 8], &[4, 5, 6, 7, 12, 13, 14, 15]],
-          facet: Quad8, vtk: 25, gmsh: 17, gmsh_order: GMSH_HEX.split_at(20).0 },
+          vtk: 25, gmsh: 17, gmsh_order: GMSH_HEX.split_at(20).0 },
     Row { name: "hex27", dimension: 3, corners: 8, parents: HEX,
           sides: &[&[0, 4, 7, 3, 16, 15, 19, 11, 20], &[1, 2, 6, 5, 9, 18, 13, 17, 21], &[0, 1, 5, 4, 8, 17, 12, 16, 22],
                    &[3, 7, 6, 2, 19, 14, 18, 10, 23], &[0, 3, 2, 1, 11, 10, 9, 8, 24], &[4, 5, 6, 7, 12, 13, 14, 15, 25]],
-          facet: Quad9, vtk: 29, gmsh: 12, gmsh_order: GMSH_HEX },
+          vtk: 29, gmsh: 12, gmsh_order: GMSH_HEX },
+    Row { name: "wedge6", dimension: 3, corners: 6, parents: WEDGE,
+          sides: &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
+          vtk: 13, gmsh: 6, gmsh_order: natural(6) },
 ];
 
 #[cfg(test)]
@@ -216,6 +232,10 @@ mod tests {
                 Line2 | Line3 => [[0., 0., 0.], [1., 0., 0.]][c as usize],
                 Tri3 | Tri6 | Tet4 | Tet10 => {
                     [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]][c as usize]
+                }
+                Wedge6 => {
+                    let z = f64::from(c / 3);
+                    [[0., 0., z], [1., 0., z], [0., 1., z]][c as usize % 3]
                 }
                 _ => {
                     let z = f64::from(c / 4);
@@ -247,7 +267,7 @@ mod tests {
             assert_eq!(ElementKind::from_name(kind.name()), Some(kind));
             assert_eq!(ElementKind::from_gmsh(kind.gmsh_type()), Some(kind));
         }
-        assert_eq!(ElementKind::from_gmsh(6), None);
+        assert_eq!(ElementKind::from_gmsh(13), None);
     }
 
     /// The permutation to Gmsh's node order contains each node once.
@@ -265,10 +285,10 @@ mod tests {
     #[test]
     fn sides_follow_the_node_order_of_their_facet_kind() {
         for kind in ElementKind::SOLIDS {
-            let facet = kind.facet_kind();
-            assert_eq!(facet.dimension() + 1, kind.dimension());
-            assert_eq!(facet.order(), kind.order());
-            for side in kind.sides() {
+            for (number, side) in kind.sides().iter().enumerate() {
+                let facet = kind.side_kind(number);
+                assert_eq!(facet.dimension() + 1, kind.dimension());
+                assert_eq!(facet.order(), kind.order());
                 assert_eq!(side.len(), facet.nodes(), "{kind}");
                 for (local, parents) in facet.parents().iter().enumerate() {
                     let mut expected: Vec<u8> = parents.iter().map(|&c| side[c as usize]).collect();
@@ -291,9 +311,9 @@ mod tests {
             let centre: [f64; 3] =
                 std::array::from_fn(|k| x[..kind.corners()].iter().map(|p| p[k]).sum::<f64>() / corners);
             let mut total = [0.0; 3];
-            for side in kind.sides() {
+            for (number, side) in kind.sides().iter().enumerate() {
                 let p = |i: usize| x[side[i] as usize];
-                let area = match kind.facet_kind().corners() {
+                let area = match kind.side_kind(number).corners() {
                     2 => [p(1)[1] - p(0)[1], p(0)[0] - p(1)[0], 0.0],
                     3 => cross(minus(p(1), p(0)), minus(p(2), p(0))).map(|v| v / 2.0),
                     _ => cross(minus(p(2), p(0)), minus(p(3), p(1))).map(|v| v / 2.0),

@@ -1,16 +1,20 @@
 //! Meshes: points, elements of any kind, bodies, and named sets of elements, facets and points.
 
+pub mod abaqus;
 mod boundary;
 mod bounds;
 mod compact;
 mod disjoint;
+mod file;
 mod generate;
 pub mod gmsh;
 mod kind;
 #[cfg(test)]
 mod measure;
 mod merge;
+mod numbering;
 mod room;
+mod source;
 mod spelling;
 mod tie;
 mod tree;
@@ -19,10 +23,12 @@ pub mod validate;
 pub use boundary::FacetIndex;
 pub use bounds::{Bounds, stretch};
 pub use disjoint::DisjointSets;
+pub use file::read_file;
 pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
 pub use room::require_room;
+pub use source::MeshFile;
 pub use spelling::{digits, spelled};
 pub use tie::Tie;
 pub use tree::BoundsTree;
@@ -122,7 +128,7 @@ impl<const D: usize> Mesh<D> {
 
     /// Kind of a facet.
     pub fn facet_kind(&self, facet: Facet) -> ElementKind {
-        self.kinds[facet.element as usize].facet_kind()
+        self.kinds[facet.element as usize].side_kind(facet.side as usize)
     }
 
     /// Fills `nodes` with the nodes of a facet, in the order of its kind, oriented outward.
@@ -138,7 +144,7 @@ impl<const D: usize> Mesh<D> {
         let of_element = self.element_nodes(facet.element as usize);
         let kind = self.kinds[facet.element as usize];
         let side = kind.sides()[facet.side as usize];
-        side[..kind.facet_kind().corners()].iter().map(|&local| of_element[local as usize])
+        side[..kind.side_kind(facet.side as usize).corners()].iter().map(|&local| of_element[local as usize])
     }
 
     /// Mean of an element's corners \[m\], used as its position in messages.

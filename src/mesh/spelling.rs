@@ -5,6 +5,12 @@ pub fn spelled(place: &[f64]) -> String {
     format!("[{}]", place.iter().map(|&x| digits(x)).collect::<Vec<_>>().join(", "))
 }
 
+/// A position as in a file, with all digits: `(0.48, 0)`.
+pub(super) fn coordinates(point: &[f64]) -> String {
+    let parts: Vec<String> = point.iter().map(f64::to_string).collect();
+    format!("({})", parts.join(", "))
+}
+
 /// A number with at most six digits, without trailing zeros.
 pub fn digits(number: f64) -> String {
     let short = format!("{number:.5e}").parse::<f64>().unwrap_or(number);

@@ -11,7 +11,9 @@ mod seams;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::error::{Error, Result};
-use crate::mesh::{Bounds, BoundsTree, DisjointSets, ElementKind, Facet, FacetIndex, Mesh, gmsh, spelled};
+use crate::mesh::{
+    Bounds, BoundsTree, DisjointSets, ElementKind, Facet, FacetIndex, Mesh, MeshFile, spelled,
+};
 use crate::space::reference;
 use crate::square::{cofactor, dot};
 use crate::tensor::Vector;
@@ -43,7 +45,7 @@ pub(super) enum MeshOrigin<'a> {
     /// A box of the case: its body, and the unit of length.
     Box(&'a str, &'a str),
     /// A file.
-    File(&'a gmsh::GmshFile),
+    File(&'a MeshFile),
 }
 
 impl MeshOrigin<'_> {

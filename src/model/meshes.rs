@@ -11,7 +11,7 @@ use super::sets::{missing_sets, repeated_facets, shared_facets};
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
 use crate::mesh::{
-    BoxShape, ElementKind, Facet, FacetIndex, Mesh, gmsh, merge, require_room, spelled, validate,
+    BoxShape, ElementKind, Facet, FacetIndex, Mesh, merge, read_file, require_room, spelled, validate,
 };
 use crate::rounding;
 
@@ -107,7 +107,8 @@ fn file_body<const D: usize>(
 ) -> Result<Mesh<D>> {
     let m = &case.units.of("m");
     let region = file.region.as_ref().map(|region| region.value.as_str());
-    let (mut mesh, source) = gmsh::read_with_source(&case.resolve(&file.file.value), region)?;
+    let (mut mesh, source) = read_file(&case.resolve(&file.file.value), region)?;
+    remarks.extend_from_slice(source.remarks());
     let source = MeshOrigin::File(&source);
     require_sound_curves(&mesh, &source)?;
     let meets = meets(case, name);

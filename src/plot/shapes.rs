@@ -9,6 +9,7 @@ const TETRA_10: [&[u8]; 4] =
     [&[0, 6, 2, 5, 1, 4], &[0, 4, 1, 8, 3, 7], &[1, 5, 2, 9, 3, 8], &[2, 6, 0, 7, 3, 9]];
 const HEXA_8: [&[u8]; 6] =
     [&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+const WEDGE_6: [&[u8]; 5] = [&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
 const HEXA_20: [&[u8]; 6] = [
     &[0, 11, 3, 10, 2, 9, 1, 8],
     &[4, 12, 5, 13, 6, 14, 7, 15],
@@ -32,6 +33,7 @@ pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
         10 => &TETRA_4,
         24 => &TETRA_10,
         12 => &HEXA_8,
+        13 => &WEDGE_6,
         25 | 29 => &HEXA_20,
         _ => &[],
     }
@@ -39,7 +41,7 @@ pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
 
 /// Whether the cell fills a volume.
 pub fn is_solid(vtk_type: u8) -> bool {
-    [10, 12, 24, 25, 29].contains(&vtk_type)
+    [10, 12, 13, 24, 25, 29].contains(&vtk_type)
 }
 
 /// Whether the cell is a line, which is the contact facet in 2D.

@@ -84,14 +84,14 @@ mod tests {
         for kind in solids(D) {
             let x = bent::<D>(kind, 0.05);
             let element = reference(kind);
-            let facet = reference(kind.facet_kind());
             let table = element.tabulate(&element.rule(8));
             let gradients = table.dn.chunks_exact(table.nodes * D);
             let volume: f64 = gradients.zip(&table.weights).map(|(dn, w)| w * jacobian(dn, &x)).sum();
             let centre = x.iter().sum::<Vector<D>>() / x.len() as f64;
             let mut enclosed = 0.0;
-            let on_facet = facet.tabulate(&facet.rule(8));
-            for side in kind.sides() {
+            for (number, side) in kind.sides().iter().enumerate() {
+                let facet = reference(kind.side_kind(number));
+                let on_facet = facet.tabulate(&facet.rule(8));
                 let nodes: Vec<Vector<D>> = side.iter().map(|&a| x[a as usize]).collect();
                 for q in 0..on_facet.points {
                     let dn = &on_facet.dn[q * nodes.len() * (D - 1)..(q + 1) * nodes.len() * (D - 1)];

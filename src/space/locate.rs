@@ -105,6 +105,10 @@ impl ReferenceElement {
     /// Whether `xi` lies in the reference domain, or outside by at most `tolerance`.
     pub fn contains(&self, xi: &[f64; 3], tolerance: f64) -> bool {
         let xi = &xi[..self.dimension()];
+        if self.is_wedge() {
+            let in_triangle = xi[..2].iter().all(|&x| x >= -tolerance) && xi[0] + xi[1] <= 1.0 + tolerance;
+            return in_triangle && xi[2].abs() <= 1.0 + tolerance;
+        }
         if self.is_simplex() {
             return xi.iter().all(|&x| x >= -tolerance) && xi.iter().sum::<f64>() <= 1.0 + tolerance;
         }

@@ -17,6 +17,7 @@ mod reference;
 pub mod shape;
 mod tets;
 mod triangles;
+mod wedges;
 
 pub use dofs::{Boundary, DofMap, Prescribed, PrescribedFields, PrescribedMotion};
 pub use facet::{Tangents, area_variation, facet_normal, facet_tangents};

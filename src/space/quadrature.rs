@@ -48,6 +48,22 @@ impl Rule {
         rule
     }
 
+    /// The rule of the unit triangle times that of `[-1, 1]`, exact for polynomials of `degree` on
+    /// the triangle and along the axis.
+    pub fn wedge(degree: usize) -> Self {
+        let triangle = Self::simplex(2, degree);
+        let line = Self::tensor(1, degree);
+        let mut rule =
+            Self { points: Vec::new(), weights: Vec::new(), degree: triangle.degree.min(line.degree) };
+        for (height, upright) in line.points.iter().zip(&line.weights) {
+            for (point, weight) in triangle.points.iter().zip(&triangle.weights) {
+                rule.points.push([point[0], point[1], height[0]]);
+                rule.weights.push(weight * upright);
+            }
+        }
+        rule
+    }
+
     /// The smallest available rule that integrates polynomials of `degree` exactly on the unit
     /// triangle (`dim` 2) or the unit tetrahedron (`dim` 3). It is symmetric if tabulated,
     /// otherwise a Gauss rule collapsed onto a corner.

@@ -6,11 +6,11 @@ use std::sync::LazyLock;
 use super::layout::Layout;
 use super::quadrature::Rule;
 use super::shape::{Family, Product, functions};
-use super::{hexes, lines, quads, tets, triangles};
+use super::{hexes, lines, quads, tets, triangles, wedges};
 use crate::mesh::ElementKind;
 
-/// An element on its reference domain: `[-1, 1]^d` (lines, quads, hexes) or the unit simplex
-/// (triangles, tets).
+/// An element on its reference domain: `[-1, 1]^d` (lines, quads, hexes), the unit simplex
+/// (triangles, tets), or the unit triangle times `[-1, 1]` (wedges).
 #[derive(Debug)]
 pub struct ReferenceElement {
     /// Kind of the element.
@@ -63,6 +63,7 @@ fn layout(kind: ElementKind) -> Layout {
         ElementKind::Hex8 => hexes::HEX8,
         ElementKind::Hex20 => hexes::HEX20,
         ElementKind::Hex27 => hexes::HEX27,
+        ElementKind::Wedge6 => wedges::WEDGE6,
     }
 }
 
@@ -94,6 +95,11 @@ impl ReferenceElement {
     /// Whether the reference domain is the unit simplex rather than `[-1, 1]^d`.
     pub fn is_simplex(&self) -> bool {
         matches!(layout(self.kind).family, Family::Simplex(_))
+    }
+
+    /// Whether the reference domain is the unit triangle times `[-1, 1]`.
+    pub fn is_wedge(&self) -> bool {
+        layout(self.kind).family == Family::Wedge
     }
 
     /// Reference coordinates of the nodes in VTK's order, unused ones zero.
@@ -131,7 +137,7 @@ impl ReferenceElement {
     }
 
     /// Stiffness: full integration (quad4 2x2, hex8 2x2x2, quadratic ones 3 in each direction; tri3
-    /// and tet4 1, tri6 3, tet10 4 points).
+    /// and tet4 1, tri6 3, tet10 4, wedge6 6 points).
     pub fn full_rule(&self) -> &Rule {
         &self.full
     }
@@ -180,6 +186,7 @@ impl ReferenceElement {
 fn rule(family: Family, dim: usize, degree: usize) -> Rule {
     match family {
         Family::Simplex(_) => Rule::simplex(dim, degree),
+        Family::Wedge => Rule::wedge(degree),
         Family::Lagrange(_) | Family::Serendipity => Rule::tensor(dim, degree),
     }
 }

@@ -24,6 +24,8 @@ pub enum Family {
     Serendipity,
     /// Lagrange polynomials on the unit simplex, degree one or two.
     Simplex(u8),
+    /// Linear polynomials on the unit triangle times linear ones on `[-1, 1]`.
+    Wedge,
 }
 
 impl Product {
@@ -70,6 +72,7 @@ pub fn functions(family: Family, nodes: &[[f64; 3]], dim: usize) -> Vec<Product>
         Family::Lagrange(degree) => lagrange(degree, node, dim),
         Family::Serendipity => serendipity(node, dim),
         Family::Simplex(degree) => simplex(degree, node, dim),
+        Family::Wedge => wedge(node),
     };
     nodes.iter().map(function).collect()
 }
@@ -134,6 +137,13 @@ fn simplex(degree: u8, node: &[f64; 3], dim: usize) -> Product {
             function.scale *= 2.0;
         }
     }
+    function
+}
+
+fn wedge(node: &[f64; 3]) -> Product {
+    let mut function = simplex(1, &[node[0], node[1], 0.0], 2);
+    function.scale *= 0.5;
+    function.factors.push(along(2, 1.0, node[2]));
     function
 }
 

@@ -4,14 +4,15 @@
 //! every mesh with conforming elements gives the exact force. Mutators duplicate nodes and
 //! elements, refine one side of an interface, cut out pieces, invert and displace elements, mix
 //! kinds and renumber everything, two at a time. If a mutator leaves the block intact, the force
-//! must be exact. In all cases reactions must balance the applied loads to 1e-6.
+//! must be exact. In all cases reactions must balance the applied loads to 1e-6. Every mesh is
+//! also read from an input file of Abaqus, with the same outcome.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::rc::Rc;
 
 use contact_petsc::error::{Cause, Error};
-use contact_petsc::mesh::{BoxShape, ElementKind, FacetIndex, Mesh};
+use contact_petsc::mesh::{BoxShape, ElementKind, FacetIndex, Mesh, abaqus, gmsh};
 use contact_petsc::petsc::Session;
 
 use super::march::attempt;
@@ -315,6 +316,76 @@ impl<const D: usize> Draft<D> {
     }
 }
 
+impl<const D: usize> Draft<D> {
+    /// The mesh as an input file of Abaqus, with the sets of [`msh`](Self::msh). `None` if an
+    /// element has no type there.
+    fn inp(&self) -> Option<String> {
+        let mut text = String::from("*NODE\n");
+        let used: BTreeSet<u32> = self.elements.iter().flat_map(|(_, nodes)| nodes).copied().collect();
+        for &node in &used {
+            let x = self.points[node as usize];
+            let _ = writeln!(text, "{}, {:e}, {:e}, {:e}", node + 1, x[0], x[1], x.get(2).unwrap_or(&0.0));
+        }
+        let mut sides = String::new();
+        for (number, (kind, nodes)) in (1..).zip(&self.elements) {
+            let (name, faces) = abaqus_type(*kind)?;
+            let nodes: Vec<String> = nodes.iter().map(|node| (node + 1).to_string()).collect();
+            let lines: Vec<String> = nodes.chunks(10).map(|line| line.join(", ")).collect();
+            let _ = write!(text, "*Element, type={name}, elset=9\n{number}, {}\n", lines.join(",\n"));
+            let boundary = [("bottom", D - 1, 0.0), ("top", D - 1, 1.0), ("left", 0, 0.0), ("front", 1, 0.0)];
+            for (set, axis, at) in &boundary[..if D == 2 { 3 } else { 4 }] {
+                for (face, &side) in (1..).zip(faces) {
+                    if self.is_on_boundary(number - 1, side, *axis, *at) {
+                        let _ = writeln!(sides, "*Surface, name={set}\n{number}, S{face}");
+                    }
+                }
+            }
+        }
+        Some(text + &sides)
+    }
+
+    /// Whether a side is on the surface, with all corners at this coordinate.
+    fn is_on_boundary(&self, element: usize, side: usize, axis: usize, at: f64) -> bool {
+        let (kind, nodes) = &self.elements[element];
+        let corners = &kind.sides()[side][..kind.side_kind(side).corners()];
+        let mut corners: Vec<u32> = corners.iter().map(|&local| nodes[usize::from(local)]).collect();
+        corners.sort_unstable();
+        self.side(axis, at).iter().any(|(kind, nodes)| {
+            let mut found = nodes[..kind.corners()].to_vec();
+            found.sort_unstable();
+            found == corners
+        })
+    }
+}
+
+/// Type of a kind in Abaqus, and the sides that its faces `S1`, `S2`, ... are.
+fn abaqus_type(kind: ElementKind) -> Option<(&'static str, &'static [usize])> {
+    Some(match kind {
+        ElementKind::Tri3 => ("CPE3", &[0, 1, 2]),
+        ElementKind::Tri6 => ("CPE6", &[0, 1, 2]),
+        ElementKind::Quad4 => ("CPE4", &[0, 1, 2, 3]),
+        ElementKind::Quad8 => ("CPE8", &[0, 1, 2, 3]),
+        ElementKind::Wedge6 => ("C3D6", &[0, 1, 2, 3, 4]),
+        ElementKind::Tet4 => ("C3D4", &[3, 0, 1, 2]),
+        ElementKind::Tet10 => ("C3D10", &[3, 0, 1, 2]),
+        ElementKind::Hex8 => ("C3D8", &[4, 5, 2, 1, 3, 0]),
+        ElementKind::Hex20 => ("C3D20", &[4, 5, 2, 1, 3, 0]),
+        _ => return None,
+    })
+}
+
+/// The file in the format of Gmsh and in that of Abaqus: both are refused, or both are the same
+/// mesh to the last bit.
+fn reads_alike<const D: usize>(msh: &str, inp: &str, what: &str) {
+    match (gmsh::parse::<D>(msh.as_bytes(), None), abaqus::parse::<D>(inp.as_bytes(), None)) {
+        (Ok(one), Ok(other)) => assert!(one == other, "{what}: the meshes differ"),
+        (Err(_), Err(error)) => {
+            assert!(error.message.contains("line ") && error.message.contains("hint: "), "{what}: {error}");
+        }
+        (one, other) => panic!("{what}: {:?} from .msh, {:?} from .inp", one.err(), other.err()),
+    }
+}
+
 const YOUNG: f64 = 1e7;
 const POISSON: f64 = 0.3;
 const STRETCH: f64 = 1e-3;
@@ -371,6 +442,39 @@ fn unchecked_meshes_are_wrong(session: &Rc<Session>) {
     }
 }
 
+/// Half of a block consists of wedges and half of hexahedra, with the inner node moved: the stress is
+/// uniform, and the force exact. From both formats of mesh files.
+fn wedges_beside_hexahedra(session: &Rc<Session>) {
+    const WEDGES: [[usize; 6]; 2] = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
+    let mut draft = Draft::<3>::block(ElementKind::Hex8, [2; 3], [0.0; 3], [1.0; 3]);
+    draft.mutate(Jiggle, ElementKind::Hex8, &mut seeded(1));
+    let split: Vec<bool> = (0..draft.elements.len()).map(|element| draft.centre(element)[0] < 0.5).collect();
+    let old = std::mem::take(&mut draft.elements);
+    for ((kind, nodes), split) in old.into_iter().zip(split) {
+        if split {
+            let wedge = |corners: [usize; 6]| corners.iter().map(|&corner| nodes[corner]).collect();
+            draft.elements.extend(WEDGES.map(|corners| (ElementKind::Wedge6, wedge(corners))));
+        } else {
+            draft.elements.push((kind, nodes));
+        }
+    }
+    let inp = draft.inp().expect("types of Abaqus");
+    reads_alike::<3>(&draft.msh(), &inp, "wedges beside hexahedra");
+    for (ending, text) in [("msh", draft.msh()), ("inp", inp)] {
+        let path = path().with_extension(ending);
+        if session.rank() == 0 {
+            std::fs::write(&path, text).expect("the mesh is written");
+        }
+        let results = attempt(session, &case::<3>(&path.display().to_string(), false));
+        let Some(results) = results.unwrap_or_else(|error| panic!("{error}")) else { continue };
+        let column = results.table("reactions.csv").column("force_z");
+        let exact = YOUNG * STRETCH;
+        for (force, expected) in column.iter().rev().zip([exact, -exact]) {
+            assert!((force - expected).abs() < 1e-10 * exact, "{ending}: {force} in place of {expected}");
+        }
+    }
+}
+
 /// Path of the mesh of a run.
 fn path() -> std::path::PathBuf {
     std::path::PathBuf::from(std::env::var(super::FOLDER).expect("a folder")).join("mesh.msh")
@@ -408,10 +512,11 @@ pub fn all(session: &Rc<Session>) {
     }
     for seed in FOUND {
         let mut random = seeded(seed);
-        let kind = random_kind(&mut random);
+        let kind = ElementKind::SOLIDS[random.below(KINDS_THEN)];
         random_mesh::<3>(session, kind, seed, &mut random, &mut tally);
     }
     unchecked_meshes_are_wrong(session);
+    wedges_beside_hexahedra(session);
     if session.rank() == 0 {
         println!("{tally:?}");
         assert!(tally.refused > 50 && tally.exact > 15 && tally.balanced > 5, "{tally:?}");
@@ -421,6 +526,9 @@ pub fn all(session: &Rc<Session>) {
 /// Seeds of longer sweeps whose meshes gave another force: hexahedra next to tetrahedra on warped
 /// sides.
 const FOUND: [u64; 3] = [442, 705, 1408];
+
+/// Number of kinds when these were found. Later kinds come after them.
+const KINDS_THEN: usize = 10;
 
 /// Numbers of a mesh of a longer sweep.
 fn seeded(seed: u64) -> Random {
@@ -517,10 +625,18 @@ fn verdict<const D: usize>(
     what: &str,
     tally: &mut Tally,
 ) {
-    let path = path();
+    let mut path = path();
     let top = draft.side(D - 1, 1.0);
+    let mut text = draft.msh();
+    if let Some(inp) = draft.inp() {
+        reads_alike::<D>(&text, &inp, what);
+        // Half of the meshes are run from the input file.
+        if draft.points.len().is_multiple_of(2) {
+            (path, text) = (path.with_extension("inp"), inp);
+        }
+    }
     if session.rank() == 0 {
-        std::fs::write(&path, draft.msh()).expect("the mesh is written");
+        std::fs::write(&path, text).expect("the mesh is written");
     }
     let results = match attempt(session, &case::<D>(&path.display().to_string(), pulled)) {
         Err(error) => {
@@ -575,7 +691,11 @@ fn is_refused_well(error: &Error, what: &str) {
     let message = &error.message;
     match error.cause {
         Cause::File => {
-            assert!(message.contains("mesh.msh: line ") && message.contains("hint: "), "{what}: {message}");
+            assert!(
+                (message.contains("mesh.msh: line ") || message.contains("mesh.inp: line "))
+                    && message.contains("hint: "),
+                "{what}: {message}"
+            );
         }
         Cause::Case | Cause::NotConverged => {
             let names =

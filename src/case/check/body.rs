@@ -156,7 +156,7 @@ impl Check<'_> {
                      element"
                 }
                 _ => {
-                    "a linear triangle or tetrahedron has one value of the volume, which is its mean already; \
+                    "linear triangles, tetrahedra and wedges lock even with one value of the volume per element; \
                      use tri6 or tet10, quadrilaterals or hexahedra"
                 }
             });

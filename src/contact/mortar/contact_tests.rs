@@ -301,8 +301,14 @@ fn flat_surfaces_press_evenly() {
     for (upper, lower) in plane.into_iter().flat_map(|a| plane.map(move |b| (a, b))) {
         [0.0, 0.45, 0.6].into_iter().for_each(|shift| presses_evenly::<2>(upper, lower, shift));
     }
-    let space =
-        [ElementKind::Tet4, ElementKind::Tet10, ElementKind::Hex8, ElementKind::Hex20, ElementKind::Hex27];
+    let space = [
+        ElementKind::Tet4,
+        ElementKind::Tet10,
+        ElementKind::Hex8,
+        ElementKind::Hex20,
+        ElementKind::Hex27,
+        ElementKind::Wedge6,
+    ];
     for (upper, lower) in space.into_iter().flat_map(|a| space.map(move |b| (a, b))) {
         [0.0, 0.45].into_iter().for_each(|shift| presses_evenly::<3>(upper, lower, shift));
     }

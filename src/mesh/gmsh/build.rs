@@ -4,11 +4,12 @@ use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 
 use super::input::GmshInput;
-use super::raw::{Raw, coordinates};
+use super::raw::Raw;
 use super::sets;
-use super::source::{Label, Labels};
 use crate::error::{Error, Result};
 use crate::mesh::compact::GONE;
+use crate::mesh::source::{Label, Labels};
+use crate::mesh::spelling::coordinates;
 use crate::mesh::{FacetIndex, Mesh, validate};
 
 /// Tolerance of the distance from the plane z = 0 in a plane mesh, relative to the size of the
@@ -46,7 +47,7 @@ pub(super) fn mesh<const D: usize>(
     sets::drop_empty(&mut solids.mesh);
     sets::check_names(&solids.mesh)?;
     let kept = number.iter().enumerate().filter(|(_, new)| **new != GONE);
-    let nodes = kept.map(|(old, _)| Label { id: raw.node_ids[old], place: raw.node_places[old] });
+    let nodes = kept.map(|(old, _)| Label { id: raw.node_ids()[old], place: raw.node_places[old] });
     let elements = solids.origin.iter().map(|&old| &raw.elements[old]);
     let elements = elements.map(|element| Label { id: element.id, place: element.place });
     let labels = Labels { nodes: nodes.collect(), elements: elements.collect() };
@@ -129,7 +130,7 @@ fn check_dangling(input: &GmshInput, raw: &Raw) -> Result<()> {
     }
     let Some(node) = used.iter().position(|used| !used) else { return Ok(()) };
     let message =
-        format!("node {} at {} belongs to no element", raw.node_ids[node], coordinates(&raw.points[node]));
+        format!("node {} at {} belongs to no element", raw.node_ids()[node], coordinates(&raw.points[node]));
     Err(input.error_at(raw.node_places[node], message).hint(
         "assign its elements to a physical group, or remove it from the geometry; with `region` such nodes \
          are ignored",
@@ -166,7 +167,7 @@ fn check_plane<const D: usize>(input: &GmshInput, raw: &Raw, mesh: &Mesh<D>) -> 
     let used = || mesh.nodes.iter().map(|&node| node as usize);
     let size = used().flat_map(|node| raw.points[node]).fold(0.0, |size: f64, x| size.max(x.abs()));
     let Some(node) = used().find(|&node| raw.points[node][2].abs() > PLANE * size) else { return Ok(()) };
-    let id = raw.node_ids[node];
+    let id = raw.node_ids()[node];
     let place = coordinates(&raw.points[node]);
     let message = format!("node {id} at {place} is out of the plane: |z| > {:e}", PLANE * size);
     Err(input
@@ -178,7 +179,7 @@ fn check_plane<const D: usize>(input: &GmshInput, raw: &Raw, mesh: &Mesh<D>) -> 
 fn check_shape<const D: usize>(input: &GmshInput, raw: &Raw, solids: &Solids<D>) -> Result<()> {
     let mesh = &solids.mesh;
     if let Some(bad) = validate::first_bad_element(mesh) {
-        let id = raw.node_ids[bad.node as usize];
+        let id = raw.node_ids()[bad.node as usize];
         let place = coordinates(&mesh.points[bad.node as usize]);
         let centre = coordinates(&mesh.element_centre(bad.element));
         let (reason, cure) = if bad.reversed {

@@ -1,6 +1,7 @@
 //! The bytes of an MSH file with a read position: words of text, or numbers in either byte order.
 
 use crate::error::{Error, Result};
+use crate::mesh::source::error_in_bytes;
 
 /// Encoding of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,13 +48,7 @@ impl<'a> GmshInput<'a> {
 
     /// An error at an earlier position: a line of a text file, a byte of a binary one.
     pub fn error_at(&self, place: usize, message: impl AsRef<str>) -> Error {
-        let context = if self.encoding == Encoding::Text {
-            let before = &self.bytes[..place.min(self.bytes.len())];
-            format!("line {}", before.iter().filter(|&&byte| byte == b'\n').count() + 1)
-        } else {
-            format!("byte {place}")
-        };
-        Error::file(message.as_ref()).within(&context)
+        error_in_bytes(self.bytes, self.encoding == Encoding::Text, place, message.as_ref())
     }
 
     fn ends(&self, what: &str) -> Error {

@@ -10,18 +10,16 @@ mod msh2;
 mod msh4;
 mod raw;
 mod sets;
-mod source;
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::Mesh;
+use super::source::{Labels, MeshFile, Places};
 use crate::error::{Error, Result};
 use crate::files;
 use input::{Encoding, GmshInput, shortened};
 use raw::Raw;
-pub use source::GmshFile;
-use source::Labels;
 
 /// The section `$MeshFormat` lies within this number of bytes.
 const HEAD: u64 = 4096;
@@ -50,7 +48,7 @@ pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>
 ///
 /// # Errors
 /// The errors of [`read`].
-pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, GmshFile)> {
+pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, MeshFile)> {
     let name = path.display().to_string();
     let unreadable = |e: std::io::Error| {
         let error = Error::file(format!("the mesh can not be read: {e}"));
@@ -71,7 +69,8 @@ pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Re
     })?;
     file.read_to_end(&mut bytes).map_err(unreadable)?;
     let (mesh, encoding, labels) = labelled(&bytes, region).map_err(|e| e.within(&name))?;
-    Ok((mesh, GmshFile { name, bytes, encoding, labels }))
+    let places = Places::Bytes { file: name, bytes, is_text: encoding == Encoding::Text };
+    Ok((mesh, MeshFile { places, labels, remarks: Vec::new() }))
 }
 
 /// Reads the mesh from the bytes of a file, see [`read`].
@@ -98,7 +97,11 @@ fn format(input: &mut GmshInput) -> Result<Version> {
     if head != "$MeshFormat" {
         let message =
             format!("this is not a Gmsh mesh: it begins with '{}', not with $MeshFormat", shortened(head));
-        return Err(input.error(message));
+        let error = input.error(message);
+        return Err(match head.starts_with('*') {
+            true => error.hint("the name of an input file of Abaqus or CalculiX must end in .inp"),
+            false => error,
+        });
     }
     let version = match input.word("the version")? {
         "2.2" => Version::Two,
@@ -172,7 +175,8 @@ fn sections(input: &mut GmshInput, version: Version) -> Result<Raw> {
     Ok(raw)
 }
 
-/// Names of physical groups, which are text in every format.
+/// Names of physical groups, which are text in every format. Names from MED files are padded with
+/// blanks.
 fn names(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
     let count = input.line_size("the number of physical names")?;
     for _ in 0..count {
@@ -180,7 +184,7 @@ fn names(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
         let mut parts = line.splitn(3, ' ');
         let dimension = parts.next().and_then(|word| word.parse().ok()).filter(|&d: &usize| d <= 3);
         let tag = parts.next().and_then(|word| word.parse::<i32>().ok());
-        let name = parts.next().map(|word| word.trim().trim_matches('"'));
+        let name = parts.next().map(|word| word.trim().trim_matches('"').trim());
         let (Some(dimension), Some(tag), Some(name)) = (dimension, tag, name) else {
             let message = format!("expected a dimension, a number and a name, found '{}'", shortened(line));
             return Err(input.error(message));

@@ -6,21 +6,15 @@ use std::collections::{BTreeMap, HashMap};
 use super::input::GmshInput;
 use crate::error::{Error, Result};
 use crate::mesh::ElementKind;
+use crate::mesh::numbering::{MAX_NODES, Numbering};
 
 /// Point element of MSH files.
 const POINT: i32 = 15;
 
-/// Maximum number of nodes for 32-bit unknowns in 3D.
-const MAX_NODES: usize = i32::MAX as usize / 3;
-
 /// Content of a file, with the numbers used in the file.
 #[derive(Default)]
 pub(super) struct Raw {
-    /// Indices of nodes that do not continue the consecutive numbering from the first node. Most
-    /// files have no such nodes.
-    strays: HashMap<u64, u32>,
-    /// Number in the file of each node.
-    pub node_ids: Vec<u64>,
+    nodes: Numbering,
     pub points: Vec<[f64; 3]>,
     /// Location of each node in the file.
     pub node_places: Vec<usize>,
@@ -97,8 +91,12 @@ impl Raw {
 
     /// Index of a node by its number in the file.
     pub fn node(&self, id: u64) -> Option<u32> {
-        let row = usize::try_from(id.wrapping_sub(*self.node_ids.first()?)).ok()?;
-        if self.node_ids.get(row) == Some(&id) { Some(row as u32) } else { self.strays.get(&id).copied() }
+        self.nodes.index(id)
+    }
+
+    /// Number in the file of each node.
+    pub fn node_ids(&self) -> &[u64] {
+        self.nodes.ids()
     }
 
     /// Adds the node that was just read from `input`.
@@ -117,10 +115,7 @@ impl Raw {
                 .error(message)
                 .hint("give each node a unique number; in Gmsh `Save` renumbers the nodes"));
         }
-        if self.node_ids.first().is_some_and(|first| first.wrapping_add(self.node_ids.len() as u64) != id) {
-            self.strays.insert(id, self.node_ids.len() as u32);
-        }
-        self.node_ids.push(id);
+        self.nodes.push(id);
         self.node_places.push(input.place());
         self.points.push(point);
         Ok(())
@@ -132,12 +127,6 @@ impl Raw {
         let first = self.element_nodes.len();
         self.elements.push(RawElement { id, kind, groups, first, place: input.place() });
     }
-}
-
-/// A position as printed in messages: `(0.48, 0)`.
-pub(super) fn coordinates(point: &[f64]) -> String {
-    let parts: Vec<String> = point.iter().map(f64::to_string).collect();
-    format!("({})", parts.join(", "))
 }
 
 /// The kind of an MSH element type; `None` is a point. If the type is unknown, the error message
@@ -154,7 +143,7 @@ pub(super) fn kind_of(
         return Ok(Some(kind));
     }
     let name = match code {
-        6 | 13 | 18 => " (a prism)",
+        13 | 18 => " (a prism of second order)",
         7 | 14 | 19 => " (a pyramid)",
         20..=25 => " (a triangle of third or higher order)",
         26..=28 => " (a line of third or higher order)",

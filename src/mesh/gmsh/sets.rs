@@ -117,7 +117,7 @@ pub(super) fn points<const D: usize>(
         let nodes = raw.resolve(input, element)?;
         if let Some(&alone) = nodes.iter().find(|&&node| !used[node as usize] && !region_chosen) {
             let set = label(raw, element.dimension(), first);
-            let id = raw.node_ids[alone as usize];
+            let id = raw.node_ids()[alone as usize];
             let message =
                 format!("of set '{set}' uses node {id}, which belongs to no element of dimension {D}");
             return Err(raw

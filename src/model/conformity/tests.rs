@@ -2,7 +2,7 @@
 //! Conforming meshes are accepted.
 
 use super::*;
-use crate::mesh::BoxShape;
+use crate::mesh::{BoxShape, gmsh};
 
 /// A box of `cells` cells of one kind.
 fn block<const D: usize>(kind: ElementKind, cells: [u32; D], min: [f64; D], max: [f64; D]) -> Mesh<D> {

@@ -21,6 +21,8 @@ fn contained(element: &ReferenceElement) -> Vec<[i32; 3]> {
     let (total, each) = match layout(element.kind).family {
         Family::Lagrange(p) => (i32::MAX, i32::from(p)),
         Family::Simplex(p) => (i32::from(p), i32::from(p)),
+        // The product of the two coordinates of the triangle is taken out below.
+        Family::Wedge => (2, 1),
         Family::Serendipity => (2, 2),
     };
     let top = |k: usize| if k < element.dim { each } else { 0 };
@@ -29,6 +31,9 @@ fn contained(element: &ReferenceElement) -> Vec<[i32; 3]> {
         for b in 0..=top(1) {
             all.extend((0..=top(2)).map(|c| [a, b, c]).filter(|e| e.iter().sum::<i32>() <= total));
         }
+    }
+    if element.is_wedge() {
+        all.retain(|e| e[0] + e[1] <= 1);
     }
     all
 }
@@ -118,8 +123,11 @@ fn derivatives_pass_the_taylor_test() {
 fn weights_are_positive_and_sum_to_the_volume() {
     for element in elements() {
         let simplex = matches!(layout(element.kind).family, Family::Simplex(_));
-        let volume =
-            if simplex { [0.5, 1.0 / 6.0][element.dim - 2] } else { f64::powi(2.0, element.dim as i32) };
+        let volume = match simplex {
+            true => [0.5, 1.0 / 6.0][element.dim - 2],
+            false if element.is_wedge() => 1.0,
+            false => f64::powi(2.0, element.dim as i32),
+        };
         let rules = [&element.full, &element.reduced, &element.mass, &element.gauss_contact];
         for rule in rules.into_iter().chain(&element.nodal) {
             assert_eq!(rule.points.len(), rule.weights.len());
@@ -153,6 +161,7 @@ fn rules_have_their_points() {
     assert_eq!(counts(Hex8), [8, 1, 8, 8]);
     assert_eq!(counts(Hex20), [27, 1, 27, 27]);
     assert_eq!(counts(Hex27), [27, 1, 27, 27]);
+    assert_eq!(counts(Wedge6), [6, 1, 6, 6]);
 }
 
 /// The mass rule integrates all products of shape functions exactly: a much finer rule gives the

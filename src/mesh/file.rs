@@ -1,0 +1,18 @@
+//! Meshes from files. The ending of its name gives the format of a file.
+
+use std::path::Path;
+
+use super::{Mesh, MeshFile, abaqus, gmsh};
+use crate::error::Result;
+
+/// Reads a mesh of `D` dimensions: an input file of Abaqus or CalculiX if its name ends in `.inp`, a
+/// Gmsh mesh otherwise. With `region`, only the elements of this region are kept.
+///
+/// # Errors
+/// The errors of [`gmsh::read`] and [`abaqus::read_with_source`].
+pub fn read_file<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, MeshFile)> {
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("inp") => abaqus::read_with_source(path, region),
+        _ => gmsh::read_with_source(path, region),
+    }
+}
