@@ -12,6 +12,8 @@ mod measure;
 mod merge;
 mod room;
 mod spelling;
+pub mod stl;
+mod surface_mesh;
 mod tree;
 pub mod validate;
 
@@ -23,6 +25,7 @@ pub use kind::ElementKind;
 pub use merge::merge;
 pub use room::require_room;
 pub use spelling::{digits, spelled};
+pub use surface_mesh::SurfaceMesh;
 pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;

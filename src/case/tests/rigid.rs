@@ -202,6 +202,8 @@ fn shapes_of_rigid_bodies_are_checked() {
     for (dimension, shape) in [
         (2, cone("half_angle: 1.227, radius: 1 mm")),
         (2, cuboid("size: [1, 2], radius: 0.5, angle: 0.3, side: inside")),
+        (2, "polyline: { points: [[0, 0], [1, 0], [1, 1]], closed: true, radius: 0.1 }".to_owned()),
+        (3, "surface: { file: a.stl, scale: 0.001, angle: 1, axis: [1, 0, 0], radius: 1 mm }".to_owned()),
         (2, "capsule: { from: [0, 0], to: [1, 0], radius: 0.1 }".to_owned()),
         (3, "torus: { center: [0, 0, 0], axis: [0, 0, 2], ring_radius: 1, tube_radius: 0.5 }".to_owned()),
         (3, "box: { center: [0, 0, 0], size: [1, 2, 3], radius: 0.1, angle: 1, axis: [1, 0, 0] }".to_owned()),
@@ -252,6 +254,26 @@ fn shapes_of_rigid_bodies_are_checked() {
             3,
             "box: { center: [0, 0, 0], size: [1, 2, 3], radius: 0.1, angle: 1 }".to_owned(),
             &["needs an `axis`", "axis: [0, 0, 1]"],
+        ),
+        (2, "surface: { file: a.stl }".to_owned(), &["a surface is a 3D obstacle", "`polyline`"]),
+        (3, "surface: { file: a.stl, scale: 0 }".to_owned(), &["scale of a surface must be > 0"]),
+        (3, "surface: { file: a.stl, radius: -1 }".to_owned(), &["radius of a surface must be >= 0"]),
+        (3, "surface: { file: a.stl, angle: 1 }".to_owned(), &["needs an `axis`"]),
+        (3, "surface: { file: a.stl, position: [1, 2] }".to_owned(), &["needs 3 entries"]),
+        (3, "polyline: { points: [[0, 0], [1, 0]], radius: 0.1 }".to_owned(), &["2D obstacle", "`surface`"]),
+        (2, "polyline: { points: [[0, 0]], radius: 0.1 }".to_owned(), &["at least 2 points, found 1"]),
+        (2, "polyline: { points: [[0, 0], [1]], radius: 0.1 }".to_owned(), &["needs 2 entries"]),
+        (2, "polyline: { points: [[0, 0], [1, 0]], radius: 0 }".to_owned(), &["sharp corner has no normal"]),
+        (2, "polyline: { points: [[0, 0], [0, 0]], radius: 1 }".to_owned(), &["are the same", "remove one"]),
+        (
+            2,
+            "polyline: { points: [[0, 0], [1, 0], [2, 0]], closed: true, radius: 1 }".to_owned(),
+            &["encloses no area", "remove `closed`"],
+        ),
+        (
+            2,
+            "polyline: { points: [[0, 0], [1, 0]], side: inside, radius: 1 }".to_owned(),
+            &["an open polyline has no inside", "closed: true"],
         ),
     ];
     for (dimension, shape, fragments) in rows {

@@ -7,15 +7,18 @@
 mod check;
 mod shape;
 mod side;
+mod triangles;
 
 pub use capsule::Capsule;
 pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use plane::Plane;
+pub use polyline::Polyline;
 pub use shape::{Core, Outline, Proximity, Shape, is_flat_along};
 pub use side::Side;
 pub use sphere::Sphere;
+pub use surface::Surface;
 pub use torus::Torus;
 
 use std::rc::Rc;
@@ -77,6 +80,18 @@ obstacles! {
     "capsule": capsule::CapsuleObstacle,
     "cone": cone::ConeObstacle,
     "torus": torus::TorusObstacle,
+    "polyline": polyline::PolylineObstacle,
+    "surface": surface::SurfaceObstacle,
+}
+
+impl Obstacle {
+    /// The surface that is read from a file; `None` for a shape that the case describes.
+    pub fn surface(&self) -> Option<&SurfaceObstacle> {
+        match self {
+            Self::SurfaceObstacle(surface) => Some(surface),
+            _ => None,
+        }
+    }
 }
 
 /// Entries as numbers; missing entries are 0.
@@ -154,7 +169,8 @@ mod tests {
     /// that of the normal.
     #[test]
     fn derivatives_have_taylor_order_two() {
-        assert!(sample_shapes::<2>().len() >= 4 && sample_shapes::<3>().len() >= 2 * OBSTACLES.len());
+        // A polyline is in the plane only.
+        assert!(sample_shapes::<2>().len() >= 4 && sample_shapes::<3>().len() >= 2 * (OBSTACLES.len() - 1));
         for shape in sample_shapes::<2>() {
             taylor(&*shape);
             taylor(&*shape.anchored(&Vector::<2>::new(0.4, 0.6)));
