@@ -94,11 +94,10 @@ impl Patch {
     /// The point of the patch that is closest to `x` \[m\].
     pub fn nearest(&self, x: &Point) -> Foot {
         let free = self.stationary(x);
-        if let Some([u, v]) = free {
-            if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
-                let square = (x - self.at(u, v)).norm_squared();
-                return Foot { square, region: Region::Inner, free };
-            }
+        let inner = free.filter(|&[u, v]| u >= 0.0 && v >= 0.0 && u + v <= 1.0);
+        if let Some([u, v]) = inner {
+            let square = (x - self.at(u, v)).norm_squared();
+            return Foot { square, region: Region::Inner, free };
         }
         let free = free.filter(|&[u, v]| u >= -EXTENT && v >= -EXTENT && u + v <= 1.0 + EXTENT);
         let mut best = Foot { square: f64::INFINITY, region: Region::Corner(0), free };

@@ -134,10 +134,13 @@ fn the_tree_misses_nothing() {
     }
 }
 
+/// Damage to points and triangles.
+type Change = dyn Fn(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>);
+
 /// Surfaces that bound no solid are refused. One that is inside out is turned.
 #[test]
 fn broken_surfaces_are_refused() {
-    let refused = |change: &dyn Fn(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>)| {
+    let refused = |change: &Change| {
         let (mut points, mut triangles) = cube();
         change(&mut points, &mut triangles);
         TriangleSurface::new(&points, triangles, 0.6).map(|_| ()).unwrap_err().to_string()
