@@ -105,7 +105,7 @@ impl PolylineObstacle {
         let profile = [[-0.3, -0.2], [0.2, -0.3], [0.2, 0.1], [-0.1, 0.2]];
         vec![
             of(&profile, 0.4, true, Side::Outside),
-            of(&[[-1.5, -1.4], [-1.3, 1.2], [1.4, 0.4], [1.1, -1.2]], 0.3, true, Side::Inside),
+            of(&[[-1.5, -1.4], [-1.3, 1.3], [1.4, 0.7], [1.1, -1.2]], 0.3, true, Side::Inside),
             of(&[[-0.9, 0.1], [-0.1, 0.0], [0.1, -0.9]], 0.5, false, Side::Outside),
         ]
     }
