@@ -11,6 +11,10 @@ use std::path::Path;
 /// No table or field file is read beyond this size \[bytes\].
 pub const LONGEST_TABLE: u64 = 1 << 31;
 
+/// No surface of a rigid tool is read beyond this size \[bytes\]: ten million triangles as binary
+/// STL.
+pub const LONGEST_SURFACE: u64 = 1 << 29;
+
 /// No record or marker is read beyond this size \[bytes\].
 pub const LONGEST_RECORD: u64 = 1 << 26;
 

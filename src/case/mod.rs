@@ -54,8 +54,9 @@ pub use tied::Tied;
 pub use time::Time;
 pub use viscoelasticity::{PronyTerm, Viscoelasticity, ViscousModuli};
 
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::{Obstacle, SurfaceObstacle};
 use crate::error::{Error, Result};
+use crate::mesh::stl;
 pub use crate::reader::at::{At, Named};
 use crate::reader::complaint::Complaint;
 pub use crate::reader::derived::Derived;
@@ -290,6 +291,35 @@ impl Case {
     /// Names and shapes of all rigid bodies.
     pub fn shapes(&self) -> impl Iterator<Item = (&At<String>, &Obstacle)> {
         self.obstacles.iter().chain(self.rigid.iter().map(|(name, body)| (name, &body.shape)))
+    }
+
+    /// Paths of all files that the case names: meshes, then surfaces of rigid bodies.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let meshes = self.bodies.values().filter_map(|body| match &body.mesh {
+            Mesh::File(file) => Some(&file.file),
+            Mesh::Box(_) => None,
+        });
+        meshes.chain(self.surfaces().map(|surface| &surface.file)).map(|file| self.resolve(&file.value))
+    }
+
+    /// Surfaces of rigid bodies that are read from files.
+    pub fn surfaces(&self) -> impl Iterator<Item = &SurfaceObstacle> {
+        self.shapes().filter_map(|(_, shape)| shape.surface())
+    }
+
+    /// Takes the surfaces of rigid bodies from their files, as far as they are not known yet.
+    /// `bytes` gets the path of a file, and returns its content.
+    ///
+    /// # Errors
+    /// A file can not be read or bounds no solid. The message has its name.
+    pub fn load_surfaces(&self, mut bytes: impl FnMut(&Path) -> Result<Vec<u8>>) -> Result<()> {
+        for surface in self.surfaces().filter(|surface| !surface.is_loaded()) {
+            let path = self.resolve(&surface.file.value);
+            let bytes = bytes(&path)?;
+            let mesh = stl::surface(&bytes).and_then(|mesh| surface.load(mesh));
+            mesh.map_err(|error| error.within(&path.display().to_string()))?;
+        }
+        Ok(())
     }
 
     /// Whether the case has no inertia.

@@ -4,7 +4,7 @@
 //! assumed to move on straight lines at constant speed. A point that is open at both ends must not
 //! have crossed the target in between.
 
-use super::obstacle::{Core, Shape, is_flat_along};
+use super::obstacle::{Core, Outline, Shape, is_flat_along};
 use crate::space::facet_normal;
 use crate::tensor::Vector;
 
@@ -20,6 +20,14 @@ pub struct Path<const D: usize> {
 /// Cosine of 0.2, the largest rotation of an obstacle's normal along the path of a point through
 /// it. This corresponds to a chord of one fifth of the radius, at a depth of 0.005 radii.
 const COSINE: f64 = 0.98;
+/// The same for shapes with edges (96 degrees). Within one step a point may slide around an edge of
+/// a box, or meet it where both of its faces are equally near. It may not pass through a plate. At
+/// a right angle (0) rounding would decide. At an obtuse limit such as -0.5, a point that passes
+/// through the corner of a triangular plate would be accepted.
+const EDGE_COSINE: f64 = -0.1;
+/// Part of a path by which a search for the surface advances at least. A shape that is thinner than
+/// this part of the path can be missed if the path only grazes it.
+const STRIDE: f64 = 1e-3;
 /// Bisection steps that find the time of an intersection, or the deepest point of a chord.
 const HALVINGS: usize = 60;
 /// A path crosses a facet if it misses its border by less than this fraction of its size.
@@ -52,6 +60,11 @@ impl<const D: usize> Path<D> {
         if ends[0] + ends[1] >= length || is_flat_along(obstacle, length, ends[0].min(ends[1])) {
             return false;
         }
+        match obstacle.outline() {
+            Outline::Round => {}
+            Outline::Smooth => return self.turns_through(obstacle, COSINE),
+            Outline::Edged => return self.turns_through(obstacle, EDGE_COSINE),
+        }
         // Outside of round obstacles the gap is convex along a line; inside of hollow ones no line
         // leaves.
         let (mut low, mut high) = (0.0, 1.0);
@@ -72,6 +85,26 @@ impl<const D: usize> Path<D> {
             obstacle.proximity(&self.at(inside)).normal
         };
         surface(0.0).dot(&surface(1.0)) < COSINE
+    }
+
+    /// Whether the cosine between the normals where this path first enters an obstacle and where it
+    /// last leaves it, or ends in it, is below `limit`. The gap of a signed distance changes at most
+    /// as much as the position, so a search from both ends can advance by the gap.
+    fn turns_through(&self, obstacle: &dyn Shape<D>, limit: f64) -> bool {
+        let length = self.length();
+        let from_end = |at: &dyn Fn(f64) -> f64| {
+            let mut t = 0.0;
+            while t < 1.0 {
+                let gap = obstacle.gap(&self.at(at(t)));
+                if gap <= 0.0 {
+                    return Some(obstacle.proximity(&self.at(at(t))).normal);
+                }
+                t += (gap / length).max(STRIDE);
+            }
+            None
+        };
+        let (first, last) = (from_end(&|t| t), from_end(&|t| 1.0 - t));
+        first.zip(last).is_some_and(|(first, last)| first.dot(&last) < limit)
     }
 
     /// Whether a point on this path moves from the front of a moving simplex to its back, between
@@ -225,7 +258,9 @@ fn is_between<const D: usize>(x: &Vector<D>, corners: &[Vector<D>; D]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::obstacle::{Cylinder, Plane, Side, Sphere};
+    use crate::contact::obstacle::{
+        BoxObstacle, CapsuleObstacle, Cylinder, Obstacle, Plane, Side, Sphere, TorusObstacle,
+    };
 
     /// Half of the radius of the larger discs and balls in these tests.
     const DEEP: f64 = 0.05;
@@ -252,6 +287,25 @@ mod tests {
         assert!(!path([0.0, 1.0], [0.0, 0.05]).passes_obstacle(&disc));
         let plane = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0));
         assert!(!path([0.0, 1.0], [5.0, 1e-3]).passes_obstacle(&plane));
+    }
+
+    /// A point that passes through a plate, a ring or a capsule is detected, also if it ends in it
+    /// beyond its middle. One that slides around an edge, or through the hole of a ring, is not.
+    #[test]
+    fn shapes_with_edges_are_passed_by_their_faces_only() {
+        let shape = |obstacle: Obstacle| obstacle.shape::<3>();
+        let plate = shape(BoxObstacle::of(&[0.0; 3], &[4.0, 4.0, 0.1], 0.02, Side::Outside).into());
+        assert!(path([0.0, 0.0, 1.0], [0.1, 0.0, -3.0]).passes_obstacle(&*plate));
+        assert!(path([0.0, 0.0, 1.0], [0.1, 0.0, -0.02]).passes_obstacle(&*plate), "beyond the middle");
+        assert!(!path([0.0, 0.0, 1.0], [0.1, 0.0, 0.02]).passes_obstacle(&*plate));
+        assert!(!path([1.99, 0.0, 0.049], [2.0, 0.0, 0.0]).passes_obstacle(&*plate), "around an edge");
+        assert!(!path([3.0, 0.0, 1.0], [3.0, 0.0, -1.0]).passes_obstacle(&*plate));
+        let ring = shape(TorusObstacle::of([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.1], Side::Outside).into());
+        assert!(path([1.0, 0.0, 1.0], [1.0, 0.0, -1.0]).passes_obstacle(&*ring));
+        assert!(path([3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]).passes_obstacle(&*ring), "on both sides");
+        assert!(!path([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]).passes_obstacle(&*ring), "through its hole");
+        let capsule = CapsuleObstacle::of(&[0.0; 3], &[1.0, 0.0, 0.0], 0.1, Side::Outside);
+        assert!(path([0.5, 0.0, 1.0], [0.5, 0.05, -1.0]).passes_obstacle(&*shape(capsule.into())));
     }
 
     /// A disc or ball between the corners of a facet, or swept over by the facet, is detected. One

@@ -16,6 +16,8 @@ mod numbering;
 mod room;
 mod source;
 mod spelling;
+pub mod stl;
+mod surface_mesh;
 mod tie;
 mod tree;
 pub mod validate;
@@ -31,6 +33,7 @@ pub use room::require_room;
 pub use source::MeshFile;
 pub use spelling::{digits, spelled};
 pub use tie::Tie;
+pub use surface_mesh::SurfaceMesh;
 pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;

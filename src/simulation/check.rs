@@ -7,6 +7,7 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::input::share_surfaces;
 use super::remarks::{contact_starts, remarks};
 use super::unit_note::unit_note;
 use super::{Share, derived, needs, options, share_out, start};
@@ -37,6 +38,7 @@ const HIGH_PRESSURE: f64 = 0.1;
 /// Returns the error that a run would return, the same on all ranks.
 pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
     let world = session.world();
+    share_surfaces(session, case)?;
     let model = Model::<D>::new(case)?;
     derived::require_columns(case, &model, None)?;
     let Share { local, partition, remarks: of_meshes } = share_out(session, case, &model)?;

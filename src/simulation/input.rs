@@ -1,11 +1,14 @@
 //! Distributes external input to all ranks: texts of files, and PETSc options of a case.
 
+use std::io::ErrorKind;
+use std::path::Path;
 use std::rc::Rc;
 
 use mpi::traits::{Communicator, Root};
 
 use crate::case::Case;
 use crate::error::{Error, Result, agree};
+use crate::files;
 use crate::petsc::Session;
 
 /// Broadcasts a text that rank 0 has read. The texts of other ranks are ignored. Collective.
@@ -31,6 +34,32 @@ pub(super) fn shared_bytes(session: &Rc<Session>, own: Result<Vec<u8>>) -> Resul
         world.process_at_rank(0).broadcast_into(&mut text[..]);
     }
     Ok(text)
+}
+
+/// Reads the surfaces of rigid bodies on rank 0, and passes them to all ranks. Collective.
+///
+/// # Errors
+/// A file can not be read or bounds no solid. The error is the same on all ranks.
+pub(super) fn share_surfaces(session: &Rc<Session>, case: &Case) -> Result<()> {
+    let loaded = case.load_surfaces(|path| {
+        let own = if session.rank() == 0 { surface_file(path) } else { Ok(Vec::new()) };
+        shared_bytes(session, own)
+    });
+    agree(session.world(), loaded)
+}
+
+/// The content of the file of a surface.
+pub(super) fn surface_file(path: &Path) -> Result<Vec<u8>> {
+    files::read(path, files::LONGEST_SURFACE).map_err(|cause| {
+        let error = Error::file(format!("the surface can not be read: {cause}"));
+        let error = match cause.kind() {
+            ErrorKind::NotFound => {
+                error.hint("paths of surfaces are relative to the folder of the case file")
+            }
+            _ => error,
+        };
+        error.within(&path.display().to_string())
+    })
 }
 
 /// Passes the PETSc options of the case to PETSc. Options on the command line take precedence.

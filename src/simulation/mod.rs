@@ -88,6 +88,7 @@ impl<const D: usize> Ready<D> {
     /// # Errors
     /// The case, or a file that it names, is invalid. The error is the same on all ranks.
     pub fn new(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<Self> {
+        input::share_surfaces(session, case)?;
         let keeper = CheckpointPolicy::new(session, case, place)?;
         let model = Model::<D>::new(case)?;
         derived::require_columns(case, &model, None)?;

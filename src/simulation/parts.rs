@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use super::couples;
+use super::input::surface_file;
 use crate::case::Case;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -21,6 +22,7 @@ const HEADER: &str = "parts,unknowns,elements,element imbalance,node imbalance,a
 /// # Errors
 /// The case or mesh is invalid, or the mesh can not be partitioned.
 pub fn parts<const D: usize>(case: &Case, counts: &[u32]) -> Result<String> {
+    case.load_surfaces(surface_file)?;
     let model = Model::<D>::new(case)?;
     let mesh: Mesh<D> = read_mesh(case)?;
     let couples = couples(&model);

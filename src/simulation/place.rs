@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use super::begin::Begin;
 use super::input::{shared_bytes, shared_text};
 use super::tables::{OptionalTables, Tables};
-use crate::case::{Case, Mesh};
+use crate::case::Case;
 use crate::error::{Error, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::folder::ResultsFolder;
@@ -69,14 +69,11 @@ pub(super) fn quoted(path: &Path) -> String {
     }
 }
 
-/// Case file and mesh files with their hashes, if they can be read. The hash of the case is that of
+/// Case file, mesh files and files of surfaces with their hashes, if they can be read. The hash of the case is that of
 /// the text that was read.
 pub(super) fn inputs(case: &Case, place: &RunRequest) -> impl Iterator<Item = Result<InputRecord>> {
-    let meshes = case.bodies.values().filter_map(|body| match &body.mesh {
-        Mesh::File(file) => Some(InputRecord::of(&case.resolve(&file.file.value))),
-        _ => None,
-    });
-    std::iter::once(Ok(InputRecord::of_text(&place.case_file, case.text()))).chain(meshes)
+    let files = case.files().map(|path| InputRecord::of(&path));
+    std::iter::once(Ok(InputRecord::of_text(&place.case_file, case.text()))).chain(files)
 }
 
 /// Creates the results folder, or opens it to resume, with its tables and the inputs. Rank 0 only.

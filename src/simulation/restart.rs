@@ -99,9 +99,10 @@ impl CheckpointHeader {
             );
         }
         if self.meshes != meshes(inputs) {
-            return Err(
-                Error::case("the mesh differs from that of the checkpoint: its file has changed").hint(cure)
-            );
+            return Err(Error::case(
+                "a mesh or surface differs from that of the checkpoint: its file has changed",
+            )
+            .hint(cure));
         }
         if self.dimension != D {
             return Err(Error::internal("checkpoint: wrong dimension"));

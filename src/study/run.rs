@@ -13,7 +13,7 @@ use super::file::Study;
 use super::folder::{self, Papers, StudyFolder};
 use super::plan::{self, Member};
 use super::row::{MemberState, References, StudyRow};
-use crate::case::{Case, Mesh, Units};
+use crate::case::{Case, Units};
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::{Verbosity, say};
 use crate::output::folder::{RECORD, ResultsFolder, record};
@@ -275,24 +275,18 @@ impl<'a> Ledger<'a> {
         };
         let inputs = record["inputs"].as_array();
         let known = |key: &str, word: &str| inputs.into_iter().flatten().any(|input| input[key] == word);
-        let same_meshes = || {
-            member.case.bodies.values().all(|body| match &body.mesh {
-                Mesh::File(file) => {
-                    let path = member.case.resolve(&file.file.value);
-                    match InputRecord::of(&path) {
-                        Ok(input) => known("sha256", &input.sha256),
-                        // The file could not be read in the recorded run either.
-                        Err(_) => !known("path", &path.display().to_string()),
-                    }
-                }
-                _ => true,
+        let same_files = || {
+            member.case.files().all(|path| match InputRecord::of(&path) {
+                Ok(input) => known("sha256", &input.sha256),
+                // The file could not be read in the recorded run either.
+                Err(_) => !known("path", &path.display().to_string()),
             })
         };
         ended
             && record["case_sha256"] == member.digest.as_str()
             && record["petsc_options"] == self.petsc.as_str()
             && record["versions"]["contact-petsc"] == env!("CARGO_PKG_VERSION")
-            && same_meshes()
+            && same_files()
     }
 
     /// Adds the results of a member that has been run, and rewrites the table.

@@ -192,3 +192,97 @@ fn what_is_wrong_with_a_free_body_is_reported() {
         }
     }
 }
+
+/// Shapes are read, written again, and read the same. Wrong ones are refused with a reason and a
+/// cure.
+#[test]
+fn shapes_of_rigid_bodies_are_checked() {
+    let cone = |rest: &str| format!("cone: {{ tip: [0, 0], axis: [0, 1], {rest} }}");
+    let cuboid = |rest: &str| format!("box: {{ center: [0, 0], {rest} }}");
+    for (dimension, shape) in [
+        (2, cone("half_angle: 1.227, radius: 1 mm")),
+        (2, cuboid("size: [1, 2], radius: 0.5, angle: 0.3, side: inside")),
+        (2, "polyline: { points: [[0, 0], [1, 0], [1, 1]], closed: true, radius: 0.1 }".to_owned()),
+        (3, "surface: { file: a.stl, scale: 0.001, angle: 1, axis: [1, 0, 0], radius: 1 mm }".to_owned()),
+        (2, "capsule: { from: [0, 0], to: [1, 0], radius: 0.1 }".to_owned()),
+        (3, "torus: { center: [0, 0, 0], axis: [0, 0, 2], ring_radius: 1, tube_radius: 0.5 }".to_owned()),
+        (3, "box: { center: [0, 0, 0], size: [1, 2, 3], radius: 0.1, angle: 1, axis: [1, 0, 0] }".to_owned()),
+    ] {
+        let text = case(dimension, &format!("{{ shape: {{ {shape} }} }}"));
+        let read = Case::parse(&text, "case.yml").unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(read, Case::parse(&read.to_yaml().unwrap(), "case.yml").unwrap());
+    }
+    let rows: Vec<(usize, String, &[&str])> = vec![
+        (
+            2,
+            cuboid("size: [1, 2], radius: 0"),
+            &["radius of the edges of a box must be > 0", "sharp edge has no normal"],
+        ),
+        (
+            2,
+            cuboid("size: [1, 2], radius: 0.6"),
+            &["radius of the edges of a box must be at most 0.5, found 0.6"],
+        ),
+        (2, cuboid("size: [1], radius: 0.1"), &["the size of a box needs 2 entries"]),
+        (
+            2,
+            cuboid("size: [1, 2], radius: 0.1, angle: 1, axis: [0, 0, 1]"),
+            &["rotates about z", "remove `axis`"],
+        ),
+        (2, cone("half_angle: 70.3, radius: 0.1"), &["between 0 and pi/2, found 70.3", "in radians"]),
+        (
+            2,
+            cone("half_angle: 0.5, radius: 0"),
+            &["radius of the tip must be > 0", "sharp tip has no normal"],
+        ),
+        (
+            2,
+            "capsule: { from: [1, 0], to: [1, 0], radius: 0.1 }".to_owned(),
+            &["the same point", "use a `sphere`"],
+        ),
+        (
+            2,
+            "torus: { center: [0, 0], axis: [0, 1], ring_radius: 1, tube_radius: 0.5 }".to_owned(),
+            &["a torus is a 3D obstacle", "two obstacles of the kind `sphere`"],
+        ),
+        (
+            3,
+            "torus: { center: [0, 0, 0], axis: [0, 0, 1], ring_radius: 1, tube_radius: 1 }".to_owned(),
+            &["closes its hole", "smaller than `ring_radius`"],
+        ),
+        (
+            3,
+            "box: { center: [0, 0, 0], size: [1, 2, 3], radius: 0.1, angle: 1 }".to_owned(),
+            &["needs an `axis`", "axis: [0, 0, 1]"],
+        ),
+        (2, "surface: { file: a.stl }".to_owned(), &["a surface is a 3D obstacle", "`polyline`"]),
+        (3, "surface: { file: a.stl, scale: 0 }".to_owned(), &["scale of a surface must be > 0"]),
+        (3, "surface: { file: a.stl, radius: -1 }".to_owned(), &["radius of a surface must be >= 0"]),
+        (3, "surface: { file: a.stl, angle: 1 }".to_owned(), &["needs an `axis`"]),
+        (3, "surface: { file: a.stl, position: [1, 2] }".to_owned(), &["needs 3 entries"]),
+        (3, "polyline: { points: [[0, 0], [1, 0]], radius: 0.1 }".to_owned(), &["2D obstacle", "`surface`"]),
+        (2, "polyline: { points: [[0, 0]], radius: 0.1 }".to_owned(), &["at least 2 points, found 1"]),
+        (2, "polyline: { points: [[0, 0], [1]], radius: 0.1 }".to_owned(), &["needs 2 entries"]),
+        (2, "polyline: { points: [[0, 0], [1, 0]], radius: 0 }".to_owned(), &["sharp corner has no normal"]),
+        (2, "polyline: { points: [[0, 0], [0, 0]], radius: 1 }".to_owned(), &["are the same", "remove one"]),
+        (
+            2,
+            "polyline: { points: [[0, 0], [1, 0], [2, 0]], closed: true, radius: 1 }".to_owned(),
+            &["encloses no area", "remove `closed`"],
+        ),
+        (
+            2,
+            "polyline: { points: [[0, 0], [1, 0]], side: inside, radius: 1 }".to_owned(),
+            &["an open polyline has no inside", "closed: true"],
+        ),
+    ];
+    for (dimension, shape, fragments) in rows {
+        let error = match Case::parse(&case(dimension, &format!("{{ shape: {{ {shape} }} }}")), "case.yml") {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("read without complaint: {shape}"),
+        };
+        for fragment in ["case.yml:7:"].iter().chain(fragments) {
+            assert!(error.contains(fragment), "no '{fragment}' in:\n{error}\nof: {shape}");
+        }
+    }
+}

@@ -9,6 +9,17 @@ pub(super) fn check_place(what: &str, place: &At<Vec<Length>>, dimension: usize,
     findings.entries(what, place, dimension);
 }
 
+/// Requires a positive radius of at most `most` \[m\].
+pub(super) fn check_radius(what: &str, radius: Length, most: f64, findings: &mut Findings) {
+    findings.positive(what, radius);
+    if radius.value == 0.0 {
+        findings.cure("a sharp edge has no normal; choose a radius above the penetration");
+    } else if radius.value > most {
+        let message = format!("{what} must be at most {most}, found {}", radius.value);
+        findings.say(radius.place, message);
+    }
+}
+
 /// Requires a nonzero vector.
 pub(super) fn check_direction(
     what: &str,

@@ -39,8 +39,8 @@ impl CylinderObstacle {
         findings.positive("the radius", self.radius);
     }
 
-    pub(super) fn centre(&self) -> &[Length] {
-        &self.point
+    pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
+        numbers(&self.point)
     }
 
     pub(super) fn shape<const D: usize>(&self) -> Cylinder<D> {

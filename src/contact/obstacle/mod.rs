@@ -7,19 +7,26 @@
 mod check;
 mod shape;
 mod side;
+mod triangles;
 
+pub use capsule::Capsule;
+pub use cone::Cone;
+pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use plane::Plane;
-pub use shape::{Core, Proximity, Shape, is_flat_along};
+pub use polyline::Polyline;
+pub use shape::{Core, Outline, Proximity, Shape, is_flat_along};
 pub use side::Side;
 pub use sphere::Sphere;
+pub use surface::Surface;
+pub use torus::Torus;
 
 use std::rc::Rc;
 
 use crate::reader::findings::Findings;
 use crate::reader::laws::family;
 use crate::reader::quantity::Quantity;
-use crate::tensor::{Vector, cross};
+use crate::tensor::{Tensor, Vector, cross};
 
 /// Defines the enum of the obstacles, its table, and the dispatch to checks and shapes.
 macro_rules! obstacles {
@@ -52,7 +59,7 @@ macro_rules! obstacles {
             /// The point about which it rotates unless the case names another one \[m\].
             pub fn centre<const D: usize>(&self) -> Vector<D> {
                 match self {
-                    $(Self::$obstacle(obstacle) => numbers(obstacle.centre()),)+
+                    $(Self::$obstacle(obstacle) => obstacle.centre(),)+
                 }
             }
 
@@ -69,6 +76,22 @@ obstacles! {
     "plane": plane::PlaneObstacle,
     "sphere": sphere::SphereObstacle,
     "cylinder": cylinder::CylinderObstacle,
+    "box": cuboid::BoxObstacle,
+    "capsule": capsule::CapsuleObstacle,
+    "cone": cone::ConeObstacle,
+    "torus": torus::TorusObstacle,
+    "polyline": polyline::PolylineObstacle,
+    "surface": surface::SurfaceObstacle,
+}
+
+impl Obstacle {
+    /// The surface that is read from a file; `None` for a shape that the case describes.
+    pub fn surface(&self) -> Option<&SurfaceObstacle> {
+        match self {
+            Self::SurfaceObstacle(surface) => Some(surface),
+            _ => None,
+        }
+    }
 }
 
 /// Entries as numbers; missing entries are 0.
@@ -87,21 +110,41 @@ fn tangents_of<const D: usize>(normal: &Vector<D>) -> [Vector<D>; 2] {
     [first, if D == 3 { cross(normal, &first) } else { Vector::zeros() }]
 }
 
+/// Rotation by an angle \[rad\] about an axis; in 2D about z.
+fn rotation_about<const D: usize>(axis: &Vector<3>, angle: f64) -> Tensor<D> {
+    let (sine, cosine) = angle.sin_cos();
+    let axis = if D == 2 { Vector::<3>::z() } else { axis.normalize() };
+    Tensor::from_fn(|i, j| {
+        let same = f64::from(u8::from(i == j));
+        // Component of the cross product with the axis.
+        let across = match (3 + j - i) % 3 {
+            1 => -axis[3 - i - j],
+            2 => axis[3 - i - j],
+            _ => 0.0,
+        };
+        cosine * same + sine * across + (1.0 - cosine) * axis[i] * axis[j]
+    })
+}
+
+/// Whether an obstacle has this dimension.
+#[cfg(test)]
+fn fits(obstacle: &Obstacle, dimension: usize) -> bool {
+    let mut findings = Findings::new(crate::reader::units::Units::SI);
+    obstacle.check(dimension, &mut findings);
+    findings.is_empty()
+}
+
 /// The shapes of all sample obstacles of this dimension.
 #[cfg(test)]
 pub(super) fn sample_shapes<const D: usize>() -> Vec<Rc<dyn Shape<D>>> {
-    let fits = |obstacle: &Obstacle| {
-        let mut findings = Findings::new(crate::reader::units::Units::SI);
-        obstacle.check(D, &mut findings);
-        findings.is_empty()
-    };
-    let all = OBSTACLES.iter().flat_map(|entry| (entry.samples)()).filter(fits);
+    let all = OBSTACLES.iter().flat_map(|entry| (entry.samples)()).filter(|obstacle| fits(obstacle, D));
     all.map(|obstacle| obstacle.shape()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reader::quantity::Number;
     use crate::reader::units::Units;
     use crate::taylor::taylor_rate;
 
@@ -126,7 +169,8 @@ mod tests {
     /// that of the normal.
     #[test]
     fn derivatives_have_taylor_order_two() {
-        assert!(sample_shapes::<2>().len() >= 4 && sample_shapes::<3>().len() >= 2 * OBSTACLES.len());
+        // A polyline is in the plane only.
+        assert!(sample_shapes::<2>().len() >= 4 && sample_shapes::<3>().len() >= 2 * (OBSTACLES.len() - 1));
         for shape in sample_shapes::<2>() {
             taylor(&*shape);
             taylor(&*shape.anchored(&Vector::<2>::new(0.4, 0.6)));
@@ -149,6 +193,91 @@ mod tests {
         assert_eq!(disc(Side::Inside).proximity(&point).normal, Vector::<2>::new(0.0, -1.0));
         let rod = Cylinder::new(Vector::<3>::zeros(), Vector::<3>::new(0.0, 0.0, 9.0), 1.0, Side::Outside);
         assert!((rod.gap(&Vector::<3>::new(3.0, 4.0, 100.0)) - 4.0).abs() < 1e-15);
+    }
+
+    /// Gap and normal lead to the surface: one gap back along the normal, the gap is zero and the
+    /// normal is the same. No gap changes by more than the position.
+    #[test]
+    fn gap_and_normal_lead_to_the_surface() {
+        fn shapes<const D: usize>() {
+            for shape in sample_shapes::<D>() {
+                let mut checked = 0;
+                let points = crate::taylor::scatter(D * 400, 17);
+                let points = points.chunks_exact(D).map(|x| Vector::<D>::from_column_slice(x) * 1.5);
+                let mut before = Vector::<D>::zeros();
+                for x in points {
+                    let here = shape.proximity(&x);
+                    assert!((here.gap - shape.gap(&before)).abs() <= (x - before).norm() * (1.0 + 1e-12));
+                    before = x;
+                    if here.gap <= 0.0 {
+                        continue;
+                    }
+                    let foot = shape.proximity(&(x - here.normal * here.gap));
+                    assert!(foot.gap.abs() < 1e-12, "{shape:?} at {x}: {}", foot.gap);
+                    assert!((foot.normal - here.normal).norm() < 1e-9, "{shape:?} at {x}");
+                    checked += 1;
+                }
+                assert!(checked > 10, "{shape:?}: {checked}");
+            }
+        }
+        shapes::<2>();
+        shapes::<3>();
+    }
+
+    /// Distances of points beside faces, edges, corners, ends and tips that are known from a
+    /// sketch.
+    #[test]
+    fn distances_of_shapes_with_edges_are_known() {
+        let near = |gap: f64, known: f64| assert!((gap - known).abs() < 1e-14, "{gap} {known}");
+        let size = Vector::<3>::new(2.0, 4.0, 6.0);
+        let turn = rotation_about(&Vector::<3>::z(), std::f64::consts::FRAC_PI_2);
+        for (turn, faces) in [(Tensor::identity(), [1.0, 2.0, 3.0]), (turn, [2.0, 1.0, 3.0])] {
+            let cuboid = Cuboid::new(Vector::<3>::zeros(), size, 0.5, turn, Side::Outside);
+            for axis in 0..3 {
+                let mut x = Vector::<3>::zeros();
+                x[axis] = -faces[axis] - 0.25;
+                near(cuboid.gap(&x), 0.25);
+                assert!((cuboid.proximity(&x).normal[axis] + 1.0).abs() < 1e-14);
+            }
+            let corner = Vector::<3>::from(faces) - Vector::<3>::repeat(0.5);
+            near(cuboid.gap(&(corner + Vector::<3>::repeat(1.0))), 3.0_f64.sqrt() - 0.5);
+            near(cuboid.gap(&(corner + Vector::<3>::new(1.0, 1.0, -1.0))), 2.0_f64.sqrt() - 0.5);
+            near(cuboid.gap(&Vector::zeros()), -1.0);
+        }
+        let stadium = CapsuleObstacle::of(&[-1.0, 0.0], &[1.0, 0.0], 0.5, Side::Outside).shape::<2>();
+        near(stadium.gap(&Vector::<2>::new(0.3, 2.0)), 1.5);
+        near(stadium.gap(&Vector::<2>::new(4.0, 4.0)), 4.5);
+        let up = [0.0, 0.0, 1.0];
+        let ring = TorusObstacle::of([0.0; 3], up, [2.0, 0.5], Side::Outside).shape::<3>();
+        near(ring.gap(&Vector::<3>::new(0.0, 5.0, 4.0)), 4.5);
+        near(ring.gap(&Vector::zeros()), 1.5);
+        let angle = std::f64::consts::FRAC_PI_6;
+        let cone = ConeObstacle::of(&[0.0, 0.0, -0.5], &up, angle, 0.5, Side::Outside).shape::<3>();
+        near(cone.gap(&Vector::<3>::new(0.0, 0.0, -2.0)), 1.5);
+        // From the tip of the sharp cone along its surface, then along its normal.
+        let (along, normal) =
+            (Vector::<3>::new(0.5, 0.0, angle.cos()), Vector::<3>::new(angle.cos(), 0.0, -0.5));
+        near(cone.gap(&(along * 3.0 + normal * 2.0)), 1.5);
+        let wedge = ConeObstacle::of(&[0.0, 0.0], &[0.0, 1.0], angle, 0.1, Side::Outside).shape::<2>();
+        near(wedge.gap(&Vector::<2>::new(-angle.cos() * 2.0, 0.1 - 1.0)), 1.9);
+    }
+
+    /// On axes, centres and in corners normals are unit vectors, and nothing is NaN.
+    #[test]
+    fn finite_where_all_directions_are_near() {
+        fn shapes<const D: usize>(points: &[Vector<D>]) {
+            let obstacles = OBSTACLES.iter().flat_map(|entry| (entry.samples)());
+            for obstacle in obstacles.filter(|obstacle| fits(obstacle, D)) {
+                let shape = obstacle.shape::<D>();
+                for x in points.iter().copied().chain([obstacle.centre()]) {
+                    let at = shape.proximity(&x);
+                    let finite = at.gap.is_finite() && at.hessian.iter().all(|c| c.is_finite());
+                    assert!(finite && (at.normal.norm() - 1.0).abs() < 1e-14, "{shape:?} at {x}: {at:?}");
+                }
+            }
+        }
+        shapes::<2>(&[Vector::<2>::zeros(), Vector::<2>::new(0.1, 0.1)]);
+        shapes::<3>(&[Vector::<3>::zeros(), Vector::<3>::repeat(0.1)]);
     }
 
     /// A point on the centre or the axis has a unit normal across the axis and no NaN.
@@ -193,6 +322,29 @@ mod tests {
         }
         assert!(refused(CylinderObstacle::of([0.0; 3], [0.0; 3], 1.0, Side::Outside).into(), 3));
         assert!(refused(CylinderObstacle::of([0.0; 3], up, 1.0, Side::Outside).into(), 2));
+        let cuboid =
+            |size: f64, radius: f64| BoxObstacle::of(&[0.0; 3], &[1.0, 2.0, size], radius, Side::Outside);
+        assert!(!refused(cuboid(1.0, 0.5).into(), 3) && refused(cuboid(1.0, 0.5).into(), 2));
+        assert!(refused(cuboid(1.0, 0.6).into(), 3) && refused(cuboid(0.0, 0.1).into(), 3));
+        assert!(refused(cuboid(1.0, 0.0).into(), 3) && refused(cuboid(f64::NAN, 0.1).into(), 3));
+        let turned = |angle: Option<f64>, axis: Option<[f64; 3]>| {
+            let axis = axis.map(|axis| axis.map(Number::new).to_vec().into());
+            Obstacle::from(BoxObstacle { angle: angle.map(Number::new), axis, ..cuboid(1.0, 0.1) })
+        };
+        assert!(!refused(turned(Some(1.0), Some(up)), 3) && refused(turned(Some(1.0), None), 3));
+        assert!(refused(turned(None, Some(up)), 3) && refused(turned(Some(1.0), Some([0.0; 3])), 3));
+        let capsule =
+            |x: f64, radius: f64| CapsuleObstacle::of(&[0.0; 3], &[x, 0.0, 0.0], radius, Side::Outside);
+        assert!(!refused(capsule(1.0, 0.5).into(), 3));
+        assert!(refused(capsule(0.0, 0.5).into(), 3) && refused(capsule(1.0, 0.0).into(), 3));
+        let torus = |radii: [f64; 2]| TorusObstacle::of([0.0; 3], up, radii, Side::Outside);
+        assert!(!refused(torus([1.0, 0.5]).into(), 3) && refused(torus([1.0, 0.5]).into(), 2));
+        assert!(refused(torus([1.0, 1.0]).into(), 3) && refused(torus([1.0, 0.0]).into(), 3));
+        let cone = |angle: f64, radius: f64| ConeObstacle::of(&[0.0; 3], &up, angle, radius, Side::Outside);
+        assert!(!refused(cone(1.0, 0.1).into(), 3));
+        for (angle, radius) in [(0.0, 0.1), (1.6, 0.1), (f64::NAN, 0.1), (1.0, 0.0)] {
+            assert!(refused(cone(angle, radius).into(), 3));
+        }
     }
 
     /// Near the anchor, gaps have full precision for shapes with a large radius or given by a far

@@ -27,8 +27,8 @@ impl PlaneObstacle {
         check_direction("the normal of a plane", &self.normal, dimension, findings);
     }
 
-    pub(super) fn centre(&self) -> &[Length] {
-        &self.point
+    pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
+        numbers(&self.point)
     }
 
     pub(super) fn shape<const D: usize>(&self) -> Plane<D> {

@@ -3,7 +3,9 @@
 
 use std::fmt::Debug;
 
-use crate::tensor::{Tensor, Vector};
+use super::side::Side;
+use super::tangents_of;
+use crate::tensor::{Tensor, Vector, tangential_projector};
 
 /// Relation of a point to an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +16,25 @@ pub struct Proximity<const D: usize> {
     pub normal: Vector<D>,
     /// `dn/dx`, symmetric \[1/m\]. Zero on a plane.
     pub hessian: Tensor<D>,
+}
+
+impl<const D: usize> Proximity<D> {
+    /// This relation to a solid, or with the signs of the hollow of that solid.
+    pub(super) fn on(self, side: Side) -> Self {
+        let sign = side.sign();
+        Self { gap: self.gap * sign, normal: self.normal * sign, hessian: self.hessian * sign }
+    }
+}
+
+/// How the gap changes along a line, which decides how a point that passes through is detected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outline {
+    /// The gap is convex along a line outside of the solid, and no line leaves a hollow.
+    Round,
+    /// The gap may have any form along a line, and the normal rotates slowly.
+    Smooth,
+    /// The gap may have any form along a line, and the normal rotates by a right angle at an edge.
+    Edged,
 }
 
 /// The rigid shape of an obstacle.
@@ -29,6 +50,11 @@ pub trait Shape<const D: usize>: Debug {
     /// Whether the surface is a plane, so that gaps are linear in the positions.
     fn is_plane(&self) -> bool {
         false
+    }
+
+    /// How the gap changes along a line.
+    fn outline(&self) -> Outline {
+        Outline::Round
     }
 
     /// Centre or axis of a solid round shape. A thin one may slip between the points of a
@@ -99,7 +125,25 @@ pub(super) struct RoundSurface<const D: usize> {
 }
 
 /// Closer to the centre than this fraction of the radius, a direction is rounding noise.
-const CENTRE: f64 = 1e-12;
+pub(super) const CENTRE: f64 = 1e-12;
+
+/// Distance, its gradient and its Hessian at this offset \[m\] from a point, or from the nearest
+/// point of a line with this unit direction. Closer than `CENTRE` times the radius \[m\], all
+/// directions are equally near. One of them is used, without curvature.
+pub(super) fn tube_about<const D: usize>(
+    offset: &Vector<D>,
+    axis: Option<&Vector<D>>,
+    radius: f64,
+) -> (f64, Vector<D>, Tensor<D>) {
+    let distance = offset.norm();
+    if distance <= CENTRE * radius {
+        let up = || Vector::from_fn(|i, _| f64::from(u8::from(i + 1 == D)));
+        return (distance, axis.map_or_else(up, |axis| tangents_of(axis)[0]), Tensor::zeros());
+    }
+    let normal = offset / distance;
+    let transverse = axis.map_or_else(Tensor::identity, tangential_projector);
+    (distance, normal, (transverse - normal * normal.transpose()) / distance)
+}
 
 impl<const D: usize> RoundSurface<D> {
     /// From the direction of the anchor as seen from the centre, which is at `middle` \[m\]; `sign`

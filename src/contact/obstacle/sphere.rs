@@ -31,8 +31,8 @@ impl SphereObstacle {
         findings.positive("the radius", self.radius);
     }
 
-    pub(super) fn centre(&self) -> &[Length] {
-        &self.center
+    pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
+        numbers(&self.center)
     }
 
     pub(super) fn shape<const D: usize>(&self) -> Sphere<D> {

@@ -14,8 +14,8 @@ mod sets;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use super::Mesh;
 use super::source::{Labels, MeshFile, Places};
+use super::{Mesh, SurfaceMesh};
 use crate::error::{Error, Result};
 use crate::files;
 use input::{Encoding, GmshInput, shortened};
@@ -79,6 +79,39 @@ pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Re
 /// The errors of [`read`], with a line or byte and without the name of the file.
 pub fn parse<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<Mesh<D>> {
     labelled(bytes, region).map(|(mesh, ..)| mesh)
+}
+
+/// Reads the triangles of a mesh, and its quadrilaterals as two triangles each, from the bytes of a
+/// file. Elements of other dimensions are ignored.
+///
+/// # Errors
+/// The file is damaged or truncated, or has no elements of dimension two.
+pub fn surface(bytes: &[u8]) -> Result<SurfaceMesh> {
+    let mut input = GmshInput::new(bytes);
+    let version = format(&mut input)?;
+    let raw = sections(&mut input, version)?;
+    let mut mesh = SurfaceMesh::default();
+    let mut number = vec![u32::MAX; raw.points.len()];
+    for element in &raw.elements {
+        let Some(kind) = element.kind.filter(|kind| kind.dimension() == 2) else { continue };
+        let nodes = raw.resolve(&input, element)?;
+        let corners = &nodes[..kind.corners()];
+        for &node in corners {
+            let number = &mut number[node as usize];
+            if *number == u32::MAX {
+                *number = mesh.points.len() as u32;
+                mesh.points.push(raw.points[node as usize]);
+            }
+        }
+        for k in 2..corners.len() {
+            mesh.triangles.push([0, k - 1, k].map(|corner| number[corners[corner] as usize]));
+        }
+    }
+    if mesh.triangles.is_empty() {
+        let error = Error::file("the mesh has no triangles or quadrilaterals");
+        return Err(error.hint("mesh the surface with `gmsh -2`, and save all entities"));
+    }
+    Ok(mesh)
 }
 
 fn labelled<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<(Mesh<D>, Encoding, Labels)> {

@@ -1,0 +1,101 @@
+//! Capsule: a cylinder with round ends, in the plane a stadium.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::check::check_place;
+use super::numbers;
+use super::shape::{Outline, Proximity, Shape, tube_about};
+use super::side::Side;
+use crate::reader::at::At;
+use crate::reader::findings::Findings;
+use crate::reader::quantity::Length;
+use crate::tensor::{Vector, cross};
+
+/// Cylinder of finite length with round ends, in 2D a stadium; side: outside or inside.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CapsuleObstacle {
+    /// Centre of the ball at one end \[m\].
+    pub from: At<Vec<Length>>,
+    /// Centre of the ball at the other end \[m\].
+    pub to: At<Vec<Length>>,
+    /// Radius \[m\], > 0.
+    pub radius: Length,
+    /// The side on which the bodies are.
+    #[serde(default)]
+    pub side: Side,
+}
+
+impl CapsuleObstacle {
+    pub(super) fn check(&self, dimension: usize, findings: &mut Findings) {
+        check_place("`from` of a capsule", &self.from, dimension, findings);
+        check_place("`to` of a capsule", &self.to, dimension, findings);
+        findings.positive("the radius", self.radius);
+        if numbers::<3, 0, 1, 0>(&self.from) == numbers::<3, 0, 1, 0>(&self.to) {
+            findings.say(self.to.place, "both ends of a capsule are the same point");
+            findings.cure("use a `sphere`");
+        }
+    }
+
+    pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
+        (numbers::<D, 0, 1, 0>(&self.from) + numbers::<D, 0, 1, 0>(&self.to)) * 0.5
+    }
+
+    pub(super) fn shape<const D: usize>(&self) -> Capsule<D> {
+        Capsule { ends: [numbers(&self.from), numbers(&self.to)], radius: self.radius.value, side: self.side }
+    }
+
+    /// From the centres of both ends and the radius \[m\], and the free side.
+    pub fn of(from: &[f64], to: &[f64], radius: f64, side: Side) -> Self {
+        let lengths = |list: &[f64]| list.iter().map(|&x| Length::new(x)).collect::<Vec<_>>().into();
+        Self { from: lengths(from), to: lengths(to), radius: Length::new(radius), side }
+    }
+
+    pub(super) fn samples() -> Vec<Self> {
+        vec![
+            Self::of(&[-0.4, 0.0], &[0.35, 0.1], 0.5, Side::Outside),
+            Self::of(&[-0.2, -0.1], &[0.2, 0.3], 0.7, Side::Inside),
+            Self::of(&[0.5, 0.0, 0.1], &[1.1, 0.2, -0.3], 0.5, Side::Outside),
+            Self::of(&[0.2, -0.5, 0.1], &[0.1, 1.5, 0.4], 0.6, Side::Inside),
+        ]
+    }
+}
+
+/// A capsule (2D: a stadium), or the hollow of one: all points at the radius from a segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Capsule<const D: usize> {
+    ends: [Vector<D>; 2],
+    radius: f64,
+    side: Side,
+}
+
+impl<const D: usize> Shape<D> for Capsule<D> {
+    fn proximity(&self, x: &Vector<D>) -> Proximity<D> {
+        let [from, to] = self.ends;
+        let span = to - from;
+        let along = span.dot(&(x - from)) / span.norm_squared();
+        let axis = (along > 0.0 && along < 1.0).then(|| span.normalize());
+        let nearest = from + span * along.clamp(0.0, 1.0);
+        let (distance, normal, hessian) = tube_about(&(x - nearest), axis.as_ref(), self.radius);
+        Proximity { gap: distance - self.radius, normal, hessian }.on(self.side)
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Smooth
+    }
+
+    /// In space a capsule can rotate about its axis.
+    fn motions_along(&self, x: &Vector<D>) -> [Vector<D>; 6] {
+        let mut motions = [Vector::zeros(); 6];
+        if D == 3 {
+            let [from, to] = self.ends;
+            motions[0] = cross(&(to - from).normalize(), &(x - from));
+        }
+        motions
+    }
+
+    fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {
+        Box::new(*self)
+    }
+}

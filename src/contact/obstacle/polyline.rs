@@ -1,0 +1,199 @@
+//! Chain of straight lines with a radius, in the plane.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::numbers;
+use super::shape::{Outline, Proximity, Shape, tube_about};
+use super::side::Side;
+use crate::reader::at::At;
+use crate::reader::findings::Findings;
+use crate::reader::quantity::Length;
+use crate::tensor::Vector;
+
+/// Chain of straight lines with a radius, in 2D only: a profile, or a bent plate.
+///
+/// A closed chain bounds a solid, whose surface is at the distance `radius` outside of the chain.
+/// An open chain is a plate of the thickness `2 radius` with round ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PolylineObstacle {
+    /// Points of the chain \[m\], at most 10 000.
+    pub points: At<Vec<At<Vec<Length>>>>,
+    /// Distance of the surface from the chain \[m\], > 0. It rounds corners that point outward. Make
+    /// it larger than the penetration.
+    pub radius: Length,
+    /// Whether the last point is joined to the first one.
+    #[serde(default)]
+    pub closed: bool,
+    /// The side on which the bodies are.
+    #[serde(default)]
+    pub side: Side,
+}
+
+/// Maximum number of points. Every line is examined for every contact point, so this bounds the
+/// work at a point.
+const MOST_POINTS: usize = 10_000;
+
+impl PolylineObstacle {
+    pub(super) fn check(&self, dimension: usize, findings: &mut Findings) {
+        if dimension != 2 {
+            findings.say(self.points.place, "a polyline is a 2D obstacle");
+            findings.cure("use a `surface`, which is read from an STL file");
+            return;
+        }
+        let count = self.points.len();
+        let least = if self.closed { 3 } else { 2 };
+        if count < least {
+            findings
+                .say(self.points.place, format!("a polyline needs at least {least} points, found {count}"));
+            return;
+        }
+        let message = format!("a polyline has at most {MOST_POINTS} points, found {count}");
+        findings.require(count <= MOST_POINTS, self.points.place, message);
+        let before = findings.is_empty();
+        self.points.iter().for_each(|point| findings.entries("a point of a polyline", point, 2));
+        findings.positive("the radius of a polyline", self.radius);
+        if self.radius.value == 0.0 {
+            findings.cure("a sharp corner has no normal; choose a radius above the penetration");
+        }
+        if !(before && findings.is_empty()) {
+            return;
+        }
+        for (k, point) in self.points.iter().enumerate() {
+            let next = self.points.get(k + 1).or_else(|| self.points.first().filter(|_| self.closed));
+            if next.is_some_and(|next| numbers::<2, 0, 1, 0>(next) == numbers::<2, 0, 1, 0>(point)) {
+                findings.say(
+                    point.place,
+                    format!("points {} and the next one of a polyline are the same", k + 1),
+                );
+                findings.cure("remove one of them; with `closed: true` the last point is not repeated");
+            }
+        }
+        if self.closed && area(&self.vertices::<2>()) == 0.0 {
+            findings.say(self.points.place, "the closed polyline encloses no area");
+            findings.cure("order the points along the outline, or remove `closed`");
+        }
+        if !self.closed && self.side == Side::Inside {
+            findings.say(self.points.place, "an open polyline has no inside");
+            findings.cure("add `closed: true`, or remove `side`");
+        }
+    }
+
+    fn vertices<const D: usize>(&self) -> Vec<Vector<D>> {
+        self.points.iter().map(|point| numbers(point)).collect()
+    }
+
+    /// The mean of the points.
+    pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
+        let points = self.vertices::<D>();
+        points.iter().sum::<Vector<D>>() / points.len().max(1) as f64
+    }
+
+    pub(super) fn shape<const D: usize>(&self) -> Polyline<D> {
+        let points = self.vertices();
+        let sign = if area(&points) < 0.0 { -1.0 } else { 1.0 };
+        let bounded = self.closed.then_some(sign);
+        Polyline { points: points.into(), bounded, radius: self.radius.value, side: self.side }
+    }
+
+    pub(super) fn samples() -> Vec<Self> {
+        let of = |points: &[[f64; 2]], radius: f64, closed: bool, side: Side| {
+            let points = points.iter().map(|point| At::from(point.map(Length::new).to_vec()));
+            Self { points: points.collect::<Vec<_>>().into(), radius: Length::new(radius), closed, side }
+        };
+        let profile = [[-0.3, -0.2], [0.2, -0.3], [0.2, 0.1], [-0.1, 0.2]];
+        vec![
+            of(&profile, 0.4, true, Side::Outside),
+            of(&[[-1.5, -1.4], [-1.3, 1.3], [1.4, 0.7], [1.1, -1.2]], 0.3, true, Side::Inside),
+            of(&[[-0.9, 0.1], [-0.1, 0.0], [0.1, -0.9]], 0.5, false, Side::Outside),
+        ]
+    }
+}
+
+/// Twice the area within a closed chain in the x-y plane \[m2\], positive if it runs
+/// counterclockwise.
+fn area<const D: usize>(points: &[Vector<D>]) -> f64 {
+    let next = points.iter().cycle().skip(1);
+    points.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum()
+}
+
+/// All points at the radius from a chain of straight lines in the plane, or from the region within
+/// it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polyline<const D: usize> {
+    points: std::rc::Rc<[Vector<D>]>,
+    /// 1 if the chain bounds a region and runs counterclockwise, -1 if clockwise.
+    bounded: Option<f64>,
+    radius: f64,
+    side: Side,
+}
+
+impl<const D: usize> Polyline<D> {
+    fn lines(&self) -> usize {
+        if self.bounded.is_some() { self.points.len() } else { self.points.len().saturating_sub(1) }
+    }
+
+    fn ends(&self, line: usize) -> [Vector<D>; 2] {
+        [self.points[line], self.points[(line + 1) % self.points.len()]]
+    }
+
+    /// Unit normal of a line to its right, which is outward if the chain runs counterclockwise.
+    fn right_of(&self, line: usize) -> Vector<D> {
+        let [from, to] = self.ends(line);
+        let along = (to - from).normalize();
+        Vector::from_fn(|i, _| {
+            if i == 0 {
+                along[1]
+            } else if i == 1 {
+                -along[0]
+            } else {
+                0.0
+            }
+        })
+    }
+}
+
+impl<const D: usize> Shape<D> for Polyline<D> {
+    fn proximity(&self, x: &Vector<D>) -> Proximity<D> {
+        let mut best = (f64::INFINITY, 0, 0.0);
+        for line in 0..self.lines() {
+            let [from, to] = self.ends(line);
+            let span = to - from;
+            let along = (span.dot(&(x - from)) / span.norm_squared()).clamp(0.0, 1.0);
+            let square = (x - from - span * along).norm_squared();
+            if square < best.0 {
+                best = (square, line, along);
+            }
+        }
+        let (_, line, along) = best;
+        let [from, to] = self.ends(line);
+        let inner = along > 0.0 && along < 1.0;
+        let axis = inner.then(|| (to - from).normalize());
+        let way = x - (from + (to - from) * along);
+        let (distance, mut normal, mut hessian) = tube_about(&way, axis.as_ref(), self.radius);
+        let mut gap = distance;
+        if let Some(sign) = self.bounded {
+            // At a corner the sum of the normals of both lines tells inside from outside.
+            let count = self.lines();
+            let other = match along {
+                along if inner || !(0.0..=1.0).contains(&along) => line,
+                0.0 => (line + count - 1) % count,
+                _ => (line + 1) % count,
+            };
+            let outward = (self.right_of(line) + self.right_of(other)) * sign;
+            if way.dot(&outward) < 0.0 {
+                (gap, normal, hessian) = (-gap, -normal, -hessian);
+            }
+        }
+        Proximity { gap: gap - self.radius, normal, hessian }.on(self.side)
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Edged
+    }
+
+    fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,185 @@
+//! Rigid tools of shapes with edges and of surfaces from files: forces against formulas, ranks,
+//! restart, and refusals of broken files.
+
+mod common;
+
+use std::collections::HashMap;
+
+use common::{Folder, Table, assert_says, run};
+
+/// A sphere of radius 1 about the origin as text STL: a cube whose faces have `n` times `n` cells of
+/// two triangles.
+fn sphere(n: u32) -> String {
+    let place = |k: u32| ((2.0 * f64::from(k) / f64::from(n) - 1.0) * std::f64::consts::FRAC_PI_4).tan();
+    let mut text = String::from("solid sphere\n");
+    for face in 0..6_usize {
+        let (axis, up) = (face / 2, face % 2 == 1);
+        let at = |i: u32, j: u32| {
+            let mut x = [0.0; 3];
+            x[axis] = if up { 1.0 } else { -1.0 };
+            x[(axis + 1) % 3] = place(i);
+            x[(axis + 2) % 3] = place(j);
+            let size = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            x.map(|x| x / size)
+        };
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            for mut triangle in [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]] {
+                if !up {
+                    triangle.swap(0, 1);
+                }
+                text.push_str("facet normal 0 0 0\nouter loop\n");
+                for [x, y, z] in triangle {
+                    text.push_str(&format!("vertex {x:.9} {y:.9} {z:.9}\n"));
+                }
+                text.push_str("endloop\nendfacet\n");
+            }
+        }
+    }
+    text + "endsolid sphere\n"
+}
+
+const SURFACE: &str = "surface: { file: tool.stl, scale: 0.1, position: [0.003, -0.004, 0.18] }";
+
+/// A block into which a tool is pressed by 0.01.
+fn press(shape: &str) -> String {
+    format!(
+        "dimension: 3
+bodies:
+  block:
+    mesh: {{ box: {{ min: [-0.1, -0.1, 0], max: [0.1, 0.1, 0.08], cells: [10, 10, 4] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5e6, poisson_ratio: 0.3 }} }}
+rigid:
+  tool:
+    shape: {{ {shape} }}
+    motion: {{ translation: {{ z: \"-0.01 * t\", x: \"0.002 * t\" }} }}
+contact:
+  press: {{ contactor: block.top, target: tool, friction: none }}
+boundary:
+  clamp: {{ on: block.bottom, displacement: {{ x: 0, y: 0, z: 0 }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 5 }} }} }}
+output: {{ checkpoint: {{ every: 2 }} }}
+"
+    )
+}
+
+/// Runs a case beside the file of a sphere.
+fn results(shape: &str, ranks: usize) -> Folder {
+    let folder = Folder::new("shape");
+    folder.write("tool.stl", &sphere(20));
+    folder.write("case.yml", &press(shape));
+    run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+    folder
+}
+
+fn table(folder: &Folder, name: &str) -> Table {
+    Table::read(&folder.join("out").join(name))
+}
+
+/// Iterations of Newton's method of each step.
+fn iterations(folder: &Folder) -> HashMap<String, usize> {
+    let table = table(folder, "iterations.csv");
+    let mut counts = HashMap::new();
+    table.texts("step").iter().for_each(|step| *counts.entry((*step).to_owned()).or_insert(0) += 1);
+    counts
+}
+
+/// A sphere of 4800 triangles from a file has the force of the formula sphere at every step, with
+/// nearly as many iterations and no repeated step, on one and on two ranks. A changed file is
+/// refused at a restart.
+#[test]
+fn a_sphere_from_a_file_presses_like_the_formula() {
+    let exact = results("sphere: { center: [0.003, -0.004, 0.18], radius: 0.1 }", 1);
+    let forces = table(&exact, "rigid.csv").numbers("force_z");
+    assert!(forces.last().is_some_and(|force| *force > 100.0), "{forces:?}");
+    for ranks in [1, 2] {
+        let folder = results(SURFACE, ranks);
+        let found = table(&folder, "rigid.csv").numbers("force_z");
+        assert_eq!(found.len(), forces.len());
+        for (found, exact) in found.iter().zip(&forces) {
+            assert!((found - exact).abs() <= 0.005 * exact.abs(), "{found} {exact} on {ranks} ranks");
+        }
+        let [of_file, of_formula] = [&folder, &exact].map(iterations);
+        for (step, count) in &of_file {
+            assert!(*count <= of_formula[step] + 2, "step {step}: {count} against {}", of_formula[step]);
+        }
+        if ranks == 1 {
+            folder.write("tool.stl", &sphere(19));
+            let restart = ["case.yml", "--output", "out", "--quiet", "--restart"];
+            let output = run(1, &restart, &folder);
+            assert_ne!(output.code, Some(0));
+            assert_says(&output.text(), &["surface differs from that of the checkpoint"]);
+        }
+    }
+}
+
+/// Files that bound no solid are refused on every number of ranks with their name and a cure.
+#[test]
+fn broken_surfaces_are_refused_on_1_and_2_ranks() {
+    let good = sphere(3);
+    let facets: Vec<&str> = good.split_inclusive("endfacet\n").collect();
+    let vertex = good.lines().find(|line| line.starts_with("vertex")).expect("a corner");
+    let without = |k: usize| facets[..k].concat() + &facets[k + 1..].concat();
+    let reversed = {
+        let lines: Vec<&str> = facets[7].lines().collect();
+        let swapped = [lines[0], lines[1], lines[3], lines[2], lines[4], lines[5], lines[6]];
+        facets[..7].concat() + &swapped.join("\n") + "\n" + &facets[8..].concat()
+    };
+    let rows: Vec<(String, &[&str], usize)> = vec![
+        (String::new(), &["neither an STL file nor a Gmsh mesh"], 2),
+        ("garbage ".repeat(50), &["damaged or truncated"], 1),
+        (facets[..10].concat(), &["line", "truncated"], 2),
+        (good.replacen(vertex, "vertex nan 0 0", 1), &["not finite"], 1),
+        ("solid x\nendsolid x\n".to_owned(), &["no triangles"], 2),
+        (without(5), &["open at the edge", "repair"], 1),
+        (reversed, &["oriented oppositely", "repair"], 2),
+    ];
+    let folder = Folder::new("broken");
+    folder.write("case.yml", &press(SURFACE));
+    for (text, fragments, ranks) in rows {
+        folder.write("tool.stl", &text);
+        let output = run(ranks, &["case.yml", "--output", "out"], &folder);
+        assert_eq!(output.code, Some(4), "{fragments:?}: {}", output.text());
+        assert_says(&output.text(), &["tool.stl"]);
+        assert_says(&output.text(), fragments);
+        assert!(!output.text().contains("panicked"));
+    }
+    std::fs::remove_file(folder.join("tool.stl")).expect("the file");
+    let output = run(2, &["case.yml", "--output", "out"], &folder);
+    assert_says(&output.text(), &["tool.stl", "relative to the folder of the case file"]);
+}
+
+/// Shapes in the plane that describe the same solid press alike: a rounded box and a closed
+/// polyline, a capsule and an open polyline.
+#[test]
+fn one_solid_presses_alike_in_two_descriptions() {
+    let forces = |shape: &str| {
+        let text = press(shape)
+            .replace("dimension: 3", "dimension: 2")
+            .replace(
+                "min: [-0.1, -0.1, 0], max: [0.1, 0.1, 0.08], cells: [10, 10, 4]",
+                "min: [-0.1, 0], max: [0.1, 0.08], cells: [20, 8]",
+            )
+            .replace("z: \"-0.01 * t\", x: \"0.002 * t\"", "y: \"-0.01 * t\"")
+            .replace("{ x: 0, y: 0, z: 0 }", "{ x: 0, y: 0 }");
+        let folder = Folder::new("alike");
+        folder.write("case.yml", &text);
+        run(1, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        table(&folder, "rigid.csv").numbers("force_y")
+    };
+    for [one, other] in [
+        [
+            "box: { center: [0, 0.12], size: [0.1, 0.08], radius: 0.02 }",
+            "polyline: { points: [[-0.03, 0.1], [-0.03, 0.14], [0.03, 0.14], [0.03, 0.1]], closed: true, radius: 0.02 }",
+        ],
+        [
+            "capsule: { from: [-0.03, 0.1], to: [0.03, 0.1], radius: 0.02 }",
+            "polyline: { points: [[-0.03, 0.1], [0.01, 0.1], [0.03, 0.1]], radius: 0.02 }",
+        ],
+    ] {
+        let [one, other] = [one, other].map(forces);
+        let largest = one.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
+        assert!(largest > 1e3 && one.len() == other.len(), "{one:?}");
+        assert!(one.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-9 * largest), "{one:?} {other:?}");
+    }
+}
