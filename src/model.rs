@@ -13,6 +13,7 @@ mod ties;
 use std::rc::Rc;
 
 use crate::case::{self, PlacedFunction, Units};
+use crate::contact::damping::ContactDamping;
 use crate::contact::friction::Friction;
 use crate::contact::normal::NormalLaw;
 use crate::contact::obstacle::Shape;
@@ -238,6 +239,8 @@ pub struct ContactModel<const D: usize> {
     pub penetration: Option<f64>,
     /// Friction; without friction the matrix is symmetric.
     pub friction: Option<Friction>,
+    /// Damping along the normal and along the surface.
+    pub damping: ContactDamping,
     /// Whether tractions act on the deformed area.
     pub current_area: bool,
     /// Treatment of points that penetrate before the start.

@@ -16,7 +16,7 @@ bitflags! {
         const NORMAL_CONTACT = 1 << 3;
         /// The part of `K_CG` that the normal traction carries: the change of its direction and of the nodes that it acts on. Symmetric on obstacles.
         const NORMAL_GEOMETRY = 1 << 4;
-        /// `K_T`, friction damping. Symmetric.
+        /// `K_T`, friction damping, and damping of contact along the surface. Symmetric.
         const FRICTION_DAMPING = 1 << 5;
         /// `K_nT`, friction-normal coupling, the change of the coefficient with pressure included. Non-symmetric.
         const FRICTION_NORMAL_COUPLING = 1 << 6;
@@ -34,15 +34,17 @@ bitflags! {
         const SPRINGS = 1 << 12;
         /// Stiffness of ties between surfaces. Symmetric.
         const TIES = 1 << 13;
+        /// `K_CD`, damping of contact along the normal. Symmetric on planes.
+        const NORMAL_DAMPING = 1 << 14;
         /// What stage I of the two-stage scheme keeps (3.6): symmetric.
         const NORMAL_STAGE = Self::MASS.bits() | Self::DAMPING.bits() | Self::SPRINGS.bits() | Self::TIES.bits() | Self::MATERIAL.bits() | Self::GEOMETRIC.bits()
-            | Self::NORMAL_CONTACT.bits() | Self::NORMAL_GEOMETRY.bits() | Self::FRICTION_DAMPING.bits();
-        /// What stage II keeps (3.7): symmetric, without the normal contact stiffness.
-        const FRICTION_STAGE = Self::NORMAL_STAGE.bits() & !Self::NORMAL_CONTACT.bits();
+            | Self::NORMAL_CONTACT.bits() | Self::NORMAL_DAMPING.bits() | Self::NORMAL_GEOMETRY.bits() | Self::FRICTION_DAMPING.bits();
+        /// What stage II keeps (3.7): symmetric, without the stiffness and the damping of contact along the normal.
+        const FRICTION_STAGE = Self::NORMAL_STAGE.bits() & !(Self::NORMAL_CONTACT.bits() | Self::NORMAL_DAMPING.bits());
         /// What multigrid takes for the bodies: without their contacts and ties, and without `K_S`, which makes the matrix indefinite where
         /// an iterate far from balance has large stresses. Symmetric.
         const BODIES = Self::MASS.bits() | Self::DAMPING.bits() | Self::SPRINGS.bits() | Self::MATERIAL.bits();
         /// Everything: the consistent tangent of (3.5).
-        const ALL = (1 << 14) - 1;
+        const ALL = (1 << 15) - 1;
     }
 }

@@ -62,7 +62,14 @@ impl<const D: usize> ContactSystem<D> {
         let over_step = stage.over_step == OverStep::Middle;
         let hold = hold(self.continuation.friction, self.split);
         let factor = self.continuation.load_factor;
-        let request = ContactRequest { stiffness: None, hold, branches, over_step };
+        let request = ContactRequest {
+            stiffness: None,
+            hold,
+            branches,
+            over_step,
+            step: stage.dt,
+            undamped: !self.continuation.damped,
+        };
         let solids = &self.bodies.solids;
         let elastic = &mut self.bodies.elastic;
         let ties = &mut self.bodies.ties;

@@ -82,6 +82,7 @@ impl<const D: usize> LocalContact<D> {
                 .normal
                 .completed(&PressedSide { young_modulus: contact.softer, facet_size: measures.facet_size }),
             friction: contact.friction,
+            damping: contact.damping,
         };
         let (target, opposite) = match &contact.target {
             Target::Obstacle(target) => (ContactTarget::Obstacle(target.clone()), &[][..]),
@@ -191,6 +192,7 @@ impl<const D: usize> LocalContact<D> {
         for (point, history) in self.state.current.iter().zip(&self.state.history) {
             energy.stored += point.area * (point.potential + point.recoverable);
             energy.heat_of_step += point.area * history.work_of_step(point, dt);
+            energy.damping_of_step += point.area * point.damping_work;
         }
         energy
     }

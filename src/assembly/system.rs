@@ -222,6 +222,22 @@ impl<const D: usize> ContactSystem<D> {
         self.symmetric_steps
     }
 
+    /// Takes the gaps of the trial state as those at the start of the motion, and returns whether any
+    /// contact is damped. Its forces then have to be evaluated again: a dashpot acts only at points that
+    /// are known to be in contact.
+    pub fn know_gaps(&mut self) -> bool {
+        let damped = self.contacts.iter_mut().filter(|contact| !contact.law().damping.is_none());
+        damped
+            .map(|contact| {
+                let state = &mut contact.state;
+                for (history, point) in state.history.iter_mut().zip(&state.current) {
+                    history.gap = point.gap;
+                }
+            })
+            .count()
+            > 0
+    }
+
     /// Takes contact tractions and forces of the trial state as those at the start of the motion.
     ///
     /// # Errors

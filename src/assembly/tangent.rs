@@ -59,7 +59,7 @@ impl<const D: usize> ContactSystem<D> {
         let weight = stage.balance.mass[1];
         let unit = self.unit;
         let rows = self.bodies.local.index.owned * D;
-        let Continuation { spring, friction, load_factor, .. } = self.continuation;
+        let Continuation { spring, friction, load_factor, damped, .. } = self.continuation;
         let hold = hold(friction, self.split);
         let phases = &self.phases;
         let interface = self.interface.as_mut();
@@ -87,7 +87,7 @@ impl<const D: usize> ContactSystem<D> {
                 true => Ok(()),
                 false => free.add_stiffness(stage, terms, load_factor, pattern, values),
             };
-            let damped = damping.map_or(Ok(()), |damping| damping.add_to::<D>(shifts.velocity, values));
+            let of_bodies = damping.map_or(Ok(()), |damping| damping.add_to::<D>(shifts.velocity, values));
             if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
                 // The mass alone is singular at nodes without mass.
                 let massless =
@@ -130,6 +130,8 @@ impl<const D: usize> ContactSystem<D> {
                 hold,
                 branches: Branches::Predicted,
                 over_step: stage.over_step == OverStep::Middle,
+                step: stage.dt,
+                undamped: !damped,
             };
             let lift = lifted.as_mut().map(LiftTarget::reborrow);
             match interface {
@@ -147,7 +149,7 @@ impl<const D: usize> ContactSystem<D> {
                     interface.add_stiffness((world, &fields), (values, symmetry), lift, evaluate, bodies);
                 }
             }
-            rigid.and(damped).map(|()| inverted)
+            rigid.and(of_bodies).map(|()| inverted)
         })??;
         self.fault = inverted.err();
         matrix.set_symmetry(symmetry)?;

@@ -8,6 +8,7 @@ use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::sets::SetNames;
+use crate::contact::damping::ContactDamping;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::NormalLaw;
 use crate::reader::at::{At, Named};
@@ -31,6 +32,9 @@ pub struct Contact {
     /// Friction traction as a function of normal traction and slip.
     #[serde(default)]
     pub friction: FrictionLaw,
+    /// Damping along the normal and along the surface; none if absent. It needs a dynamic scheme.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<At<ContactDamping>>,
     /// Was a key until bodies met obstacles at vertices. It is read so that the error can say why.
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
@@ -58,6 +62,7 @@ impl Contact {
                 target,
                 normal: NormalLaw::default(),
                 friction: FrictionLaw::default(),
+                damping: None,
                 quadrature: None,
                 area: Area::default(),
                 initial_overclosure: InitialOverclosure::default(),

@@ -2,6 +2,7 @@
 //! laws.
 
 use crate::case::LEVELS;
+use crate::contact::damping::NORMAL_DAMPINGS;
 use crate::contact::friction::FRICTION_LAWS;
 use crate::contact::friction::coefficient::COEFFICIENTS;
 use crate::contact::friction::regularization::REGULARIZATIONS;
@@ -36,6 +37,11 @@ fn groups() -> Vec<Group> {
         ("Treatments of locking", "bodies: locking", Locking::ALL.iter().map(|e| own(e.1, e.2)).collect()),
         ("Obstacles", "obstacles", OBSTACLES.iter().map(|e| (e.name, e.about())).collect()),
         ("Normal laws", "contact: normal", NORMAL_LAWS.iter().map(|e| (e.name, e.about())).collect()),
+        (
+            "Normal dampings",
+            "contact: damping: normal",
+            NORMAL_DAMPINGS.iter().map(|e| (e.name, e.about())).collect(),
+        ),
         ("Friction laws", "contact: friction", FRICTION_LAWS.iter().map(|e| (e.name, e.about())).collect()),
         (
             "Coefficients of friction",

@@ -34,7 +34,7 @@ impl<const D: usize> ContactState<D> {
     /// no penetration.
     pub fn take_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
         for (offset, point) in self.multipliers.offsets.iter_mut().zip(&self.current) {
-            *offset = penetration(point.normal_traction);
+            *offset = penetration(point.normal_traction - point.normal_damping);
         }
     }
 
@@ -75,7 +75,7 @@ impl<const D: usize> ContactState<D> {
         let points = self.multipliers.offsets.iter_mut().zip(&self.current).zip(&mut self.history);
         for ((offset, point), history) in points {
             history.multiplier = match self.multipliers.way {
-                MultiplierSource::Sought => point.normal_traction,
+                MultiplierSource::Sought => point.normal_traction - point.normal_damping,
                 MultiplierSource::Carried => {
                     let multiplier = if point.gap > 0.0 { 0.0 } else { *offset * stiffness };
                     // Bitwise equal to the value in a resumed run.

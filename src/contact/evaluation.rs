@@ -37,4 +37,8 @@ pub struct ContactRequest {
     /// The displacements are those in the middle of a step, and the forces conserve energy and
     /// momentum over it (theory, section 1.8).
     pub over_step: bool,
+    /// Length of the step \[s\], which damping over a step needs; damping vanishes if it is zero.
+    pub step: f64,
+    /// Damping is switched off, for a static start.
+    pub undamped: bool,
 }

@@ -20,6 +20,8 @@ pub struct History<const D: usize> {
     pub gap: f64,
     /// `-t_T . v_T` at the end of the last step \[W/m^2\].
     pub friction_power: f64,
+    /// Traction of damping at the end of the last step \[Pa\]; zero if the point was open.
+    pub damping_traction: Vector<D>,
     /// Multiplier of the augmented normal law at the end of the last step \[Pa\]; zero if the law
     /// is not augmented.
     pub multiplier: f64,
@@ -35,6 +37,7 @@ impl<const D: usize> Default for History<D> {
             friction_work: 0.0,
             gap: f64::INFINITY,
             friction_power: 0.0,
+            damping_traction: Vector::zeros(),
             multiplier: 0.0,
         }
     }
@@ -84,6 +87,7 @@ impl<const D: usize> History<D> {
             friction_work: self.friction_work + self.work_of_step(state, dt),
             gap: state.gap,
             friction_power: power,
+            damping_traction: state.damping_traction(),
             multiplier: self.multiplier,
         }
     }
@@ -99,7 +103,7 @@ impl<const D: usize> History<D> {
 /// Per-point contents of a checkpoint: a fixed list of named numbers.
 impl<const D: usize> History<D> {
     /// Number of columns.
-    pub const COLUMNS: usize = 2 * D + 6;
+    pub const COLUMNS: usize = 3 * D + 6;
 
     /// The names, in the order of [`columns`](Self::columns).
     pub fn names() -> Vec<String> {
@@ -109,17 +113,28 @@ impl<const D: usize> History<D> {
         let traction = axes("friction_traction").chain(one("bound")).chain(axes("normal"));
         traction
             .chain(["slip", "friction_work", "gap", "friction_power", "multiplier"].into_iter().flat_map(one))
+            .chain(axes("damping_traction"))
             .collect()
     }
 
     /// Appends the values.
     pub fn columns(&self, into: &mut Vec<f64>) {
-        let Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power, multiplier } =
-            self;
+        let Self {
+            friction_traction,
+            bound,
+            normal,
+            slip,
+            friction_work,
+            gap,
+            friction_power,
+            damping_traction,
+            multiplier,
+        } = self;
         into.extend(friction_traction.iter());
         into.push(*bound);
         into.extend(normal.iter());
         into.extend([*slip, *friction_work, *gap, *friction_power, *multiplier]);
+        into.extend(damping_traction.iter());
     }
 
     /// The history with these values; `None` if there are too few.
@@ -133,8 +148,19 @@ impl<const D: usize> History<D> {
         let friction_traction = Vector::from_column_slice(take(D)?);
         let bound = take(1)?[0];
         let normal = Vector::from_column_slice(take(D)?);
-        let &[slip, friction_work, gap, friction_power, multiplier] = left else { return None };
-        Some(Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power, multiplier })
+        let &[slip, friction_work, gap, friction_power, multiplier] = take(5)? else { return None };
+        let damping_traction = Vector::from_column_slice(take(D)?);
+        left.is_empty().then_some(Self {
+            friction_traction,
+            bound,
+            normal,
+            slip,
+            friction_work,
+            gap,
+            friction_power,
+            damping_traction,
+            multiplier,
+        })
     }
 }
 
@@ -159,6 +185,7 @@ mod tests {
             friction_work: 9.0,
             gap: 10.0,
             friction_power: 11.0,
+            damping_traction: vector(13.0),
             multiplier: 12.0,
         };
         let mut columns = Vec::new();

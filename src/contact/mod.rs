@@ -8,6 +8,7 @@
 //! This module is independent of PETSc, MPI and the case file.
 
 mod augmentation;
+pub mod damping;
 pub mod evaluation;
 pub mod friction;
 mod held;

@@ -1,5 +1,6 @@
 //! Blocks and laws for the tests of contact between bodies.
 
+use super::damping::ContactDamping;
 use super::friction::coefficient::Constant;
 use super::friction::{Coulomb, Friction, Regularization};
 use super::normal::NormalLaw;
@@ -14,7 +15,7 @@ pub fn coulomb(mu: f64, regularization: Regularization) -> Friction {
 }
 
 pub fn penalty(friction: Option<Friction>) -> ContactLaw {
-    ContactLaw { normal: NormalLaw::penalty(COMPLIANCE), friction }
+    ContactLaw { normal: NormalLaw::penalty(COMPLIANCE), friction, damping: ContactDamping::default() }
 }
 
 /// A box whose lateral extent is `across` in each direction, its height `up`.

@@ -174,6 +174,7 @@ impl<const D: usize> ContactState<D> {
         for history in &mut seen.history {
             history.friction_traction = from_start * history.friction_traction;
             history.normal = from_start * history.normal;
+            history.damping_traction = from_start * history.damping_traction;
         }
         seen.held.iter_mut().for_each(|held| held.friction_traction = from_end * held.friction_traction);
         seen
@@ -187,6 +188,7 @@ impl<const D: usize> ContactState<D> {
             for vector in [
                 &mut point.normal,
                 &mut point.friction_traction,
+                &mut point.viscous_traction,
                 &mut point.slip_velocity,
                 &mut point.slip_increment,
             ] {
@@ -368,7 +370,7 @@ impl<const D: usize> ContactState<D> {
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
         let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
         let fresh = self.track[p].statuses[1].is_none();
-        Manner { branch, frozen, offset, touching: self.touching, fresh }
+        Manner { branch, frozen, offset, touching: self.touching, fresh, undamped: false }
     }
 }
 

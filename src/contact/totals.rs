@@ -7,4 +7,6 @@ pub struct ContactEnergy {
     pub stored: f64,
     /// Frictional heat of the step that ends in the current state.
     pub heat_of_step: f64,
+    /// Heat of damping in that step.
+    pub damping_of_step: f64,
 }

@@ -32,8 +32,8 @@ pub use merge::merge;
 pub use room::require_room;
 pub use source::MeshFile;
 pub use spelling::{digits, spelled};
-pub use tie::Tie;
 pub use surface_mesh::SurfaceMesh;
+pub use tie::Tie;
 pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;

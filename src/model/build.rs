@@ -144,6 +144,7 @@ impl<const D: usize> Model<D> {
             normal: contact.normal,
             penetration: contact.normal.law().accepted_penetration(),
             friction: contact.friction.friction(),
+            damping: contact.damping.as_ref().map(|damping| damping.value).unwrap_or_default(),
             // The potential of a contact is defined on the reference area, so conserving forces act
             // on it as well.
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),

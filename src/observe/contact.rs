@@ -123,7 +123,7 @@ impl<const D: usize> ContactColumn<D> {
             quantity: Quantity::vector(
                 "force",
                 "N",
-                "resultant on the contactor, friction included; where both sides are contactors (`contact: all`, a \
+                "resultant on the contactor, friction and damping included; where both sides are contactors (`contact: all`, a \
                  set against itself) the difference of two passes, near zero",
             ),
             value: OverPoints::VectorIntegral(|point| force(point.state)),
@@ -309,7 +309,7 @@ impl<const D: usize> ContactColumn<D> {
 
 /// Force on the contactor per area.
 fn force<const D: usize>(state: &PointState<D>) -> Point<D> {
-    state.normal * (state.normal_traction * state.flatness) + state.friction_traction
+    state.normal * (state.normal_traction * state.flatness) + state.tangential_traction()
 }
 
 /// Partial result of a column.

@@ -27,7 +27,7 @@ pub struct Energies {
     pub springs: f64,
     /// Heat from friction since the start.
     pub friction_dissipated: f64,
-    /// Heat from damping and dashpots since the start.
+    /// Heat from damping of bodies and contacts and from dashpots since the start.
     pub damping_dissipated: f64,
     /// Heat from viscous branches since the start.
     pub viscous_dissipated: f64,
@@ -70,9 +70,11 @@ pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
     energy("friction_dissipated", "heat from friction since the start", |energies| {
         energies.friction_dissipated
     }),
-    energy("damping_dissipated", "heat from damping and dashpots since the start", |energies| {
-        energies.damping_dissipated
-    }),
+    energy(
+        "damping_dissipated",
+        "heat from damping of bodies and contacts and from dashpots since the start",
+        |energies| energies.damping_dissipated,
+    ),
     energy("viscous_dissipated", "heat from viscous branches since the start", |energies| {
         energies.viscous_dissipated
     }),
@@ -505,6 +507,7 @@ impl EnergyLedger {
             let energy = contact.energy(dt);
             own.contact += energy.stored;
             own.heat += energy.heat_of_step;
+            own.damping += energy.damping_of_step;
             by_contact.push(energy);
         }
         let branches = system.bodies().viscous_energies(stage);

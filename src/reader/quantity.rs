@@ -45,6 +45,10 @@ pub type Pressure = Quantity<1, -1, -2>;
 pub type Compliance = Quantity<-1, 2, 2>;
 /// \[Pa/m\]
 pub type Stiffness = Quantity<1, -2, -2>;
+/// [Pa s/m]
+pub type AreaViscosity = Quantity<1, -2, -1>;
+/// \[s/m\]
+pub type InverseVelocity = Quantity<0, -1, 1>;
 
 impl<const KG: i8, const M: i8, const S: i8> Quantity<KG, M, S> {
     /// The dimension of this type.

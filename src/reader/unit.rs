@@ -13,7 +13,7 @@ impl PartialEq for Dimension {
 }
 
 /// Name, exponents of kg, m, s, and a way to write it; what errors say of a dimension.
-const NAMES: [(&str, [i8; 3], &str); 18] = [
+const NAMES: [(&str, [i8; 3], &str); 19] = [
     ("a pure number", [0, 0, 0], "0.45"),
     ("a length", [0, 1, 0], "0.5 mm"),
     ("an area", [0, 2, 0], "2 cm2"),
@@ -21,6 +21,7 @@ const NAMES: [(&str, [i8; 3], &str); 18] = [
     ("a frequency", [0, 0, -1], "50 Hz"),
     ("a mass", [1, 0, 0], "2 t"),
     ("a velocity", [0, 1, -1], "1 mm/s"),
+    ("an inverse velocity", [0, -1, 1], "0.3 s/m"),
     ("an acceleration", [0, 1, -2], "9.81 m/s2"),
     ("a density", [1, -3, 0], "1700 kg/m3"),
     ("a force", [1, 1, -2], "2 kN"),

@@ -130,6 +130,14 @@ pub fn needs<const D: usize>(
             either(system.bodies().is_damped(), "damping of a body", "no body is damped"),
         ),
         (
+            "K_CD (damping of contact along the normal)",
+            either(
+                system.contacts().iter().any(|contact| contact.law().damping.normal.is_some()),
+                "damping of a contact",
+                "no contact is damped along the normal",
+            ),
+        ),
+        (
             "K_s, C_s (foundations, springs, dashpots, ties)",
             either(
                 !system.bodies().elastic_supports().is_empty() || system.bodies().has_ties(),

@@ -365,7 +365,10 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     stage.start.u.update_ghosts()?;
     system.turn_rigid(stage, Turn::Backwards);
     let mut residual = system.pattern_vector().like()?;
-    let state = system.residual(stage, &mut residual)?;
+    let mut state = system.residual(stage, &mut residual)?;
+    if system.know_gaps() {
+        state = system.residual(stage, &mut residual)?;
+    }
     if !state.norm.is_finite() {
         let fault = system.fault();
         return Err(fault.unwrap_or_else(|| Error::not_converged("the forces at the start are not finite")));

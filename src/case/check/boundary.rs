@@ -140,7 +140,7 @@ impl Check<'_> {
     }
 
     /// The static scheme has no velocities.
-    fn dashpots_move(&mut self, place: Place) {
+    pub(super) fn dashpots_move(&mut self, place: Place) {
         let moves = !self.case.is_static();
         self.found.require(moves, place, "damping is not allowed with the static scheme");
         if !moves {

@@ -51,6 +51,15 @@ impl Check<'_> {
             regularization.check(&mut self.found);
             self.slip_velocity(&regularization);
         }
+        if let Some(damping) = &contact.damping {
+            damping.check(&mut self.found);
+            self.found.require(
+                !damping.is_none(),
+                damping.place,
+                "the damping has neither `normal` nor `tangential`",
+            );
+            self.dashpots_move(damping.place);
+        }
     }
 
     /// A rigid body can not be the contactor.

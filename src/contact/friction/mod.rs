@@ -84,6 +84,15 @@ impl FrictionLaw {
         Bound { by_gap: bound.by_gap.clamp(-STEEPEST, STEEPEST), ..bound }
     }
 
+    /// Derivative of the bound by the normal traction \[-\] at fixed gap.
+    pub fn by_pressure(&self, at: Pressed) -> f64 {
+        // The derivative by the gap is linear in that of the normal traction.
+        let with = |derivative| {
+            self.bound(Pressed { normal: NormalResponse { derivative, ..at.normal }, ..at }).by_gap
+        };
+        with(1.0) - with(0.0)
+    }
+
     /// Whether the law has friction.
     pub fn rubs(&self) -> bool {
         self.law().regularization().is_some()

@@ -134,6 +134,16 @@ impl<const D: usize> Slip<'_, D> {
         unit(&self.slip_velocity())
     }
 
+    /// `P`.
+    pub fn tangential_projector(&self) -> Tensor<D> {
+        tangential_projector(self.normal)
+    }
+
+    /// Derivative of the slip velocity by the normal at fixed `w`.
+    pub fn projected_velocity_by_normal(&self) -> Tensor<D> {
+        self.projection_by_normal(self.velocity)
+    }
+
     /// `d(P field)/dn = -((n . field) 1 + n field^T)`.
     fn projection_by_normal(&self, field: &Vector<D>) -> Tensor<D> {
         -(Tensor::identity() * self.normal.dot(field) + self.normal * field.transpose())

@@ -12,7 +12,7 @@ use super::overlap::{ActivePair, Overlap};
 use super::surface::{VertexFacet, VertexSize, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::nodal::at;
-use crate::contact::point::{ContactLaw, PointState, Slopes, TermSelection};
+use crate::contact::point::{ContactLaw, Manner, PointState, Slopes, TermSelection};
 use crate::contact::rigid::BodyFrame;
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
@@ -389,6 +389,7 @@ impl<const D: usize> VertexContact<D> {
                 continue;
             }
             let manner = state.manner(vertex, request.hold, request.branches);
+            let manner = Manner { undamped: request.undamped, ..manner };
             let (point, slopes) =
                 sums.respond(&self.law, &state.history[vertex], state.adjusted(vertex), &manner);
             state.current[vertex] = point;
@@ -413,10 +414,11 @@ impl<const D: usize> VertexContact<D> {
                     continue;
                 }
                 closed = true;
+                let tangential = point.tangential_traction();
                 for (a, force) in force.chunks_exact_mut(D).enumerate() {
                     for i in 0..D {
-                        force[i] += own.pushes[a][i] * point.normal_traction
-                            + own.coefficients[a] * point.friction_traction[i];
+                        force[i] +=
+                            own.pushes[a][i] * point.normal_traction + own.coefficients[a] * tangential[i];
                     }
                 }
             }
@@ -625,7 +627,7 @@ impl<const D: usize> FrozenVertices<D> {
         };
         let any = changes != FrozenChanges::default();
         let of = |(vertex, point): (usize, &PointState<D>)| {
-            let (normal, friction) = (point.normal_traction, point.friction_traction);
+            let (normal, friction) = (point.normal_traction, point.tangential_traction());
             (any && wanted(vertex)).then_some(Carried { normal, friction })
         };
         let carried = points.iter().enumerate().map(of).collect();
@@ -657,9 +659,10 @@ impl<const D: usize> FrozenVertices<D> {
 /// Variations that the laws of these vertices need.
 fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> WantedVariations {
     let any = |of: &dyn Fn(&Slopes<D>) -> f64| slopes.iter().flatten().any(|slopes| of(slopes) != 0.0);
-    let slip_velocity = any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax());
+    let damped = any(&|slopes| slopes.normal_by_velocity.amax());
+    let slip_velocity = damped || any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax());
     let slip_increment = any(&|slopes| slopes.by_increment.amax());
-    let normal = slip_increment || any(&|slopes| slopes.by_normal.amax());
+    let normal = damped || slip_increment || any(&|slopes| slopes.by_normal.amax());
     WantedVariations { normal, slip_velocity, slip_increment }
 }
 
@@ -694,6 +697,10 @@ mod obstacle_tests;
 #[cfg(test)]
 #[path = "moving_tests.rs"]
 mod moving_tests;
+
+#[cfg(test)]
+#[path = "damping_tests.rs"]
+mod damping_tests;
 
 #[cfg(test)]
 #[path = "free_tests.rs"]

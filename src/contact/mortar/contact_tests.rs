@@ -13,7 +13,9 @@ use crate::taylor::{scatter, taylor_rate};
 use crate::tensor::Tensor;
 
 const OVERLAP: f64 = 0.05;
-const SHIFT: f64 = 3.0;
+pub const SHIFT: f64 = 3.0;
+/// Length of a step of the conserving scheme.
+const STEP: f64 = 0.1;
 pub const CONTACT_TERMS: [Terms; 7] = [
     Terms::NORMAL_CONTACT,
     Terms::NORMAL_GEOMETRY,
@@ -91,7 +93,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Both blocks bent and in motion, with tractions from the previous step.
-    fn bent(upper: ElementKind, lower: ElementKind, law: ContactLaw) -> Self {
+    pub fn bent(upper: ElementKind, lower: ElementKind, law: ContactLaw) -> Self {
         let mut scene = Self::pressed(upper, lower);
         let size = scene.u.len();
         scene.contact.law = law;
@@ -161,7 +163,7 @@ pub fn regimes() -> [Regularization; 5] {
     ]
 }
 
-fn is_consistent<const D: usize>(scene: &Scene<D>, what: &str) {
+pub fn is_consistent<const D: usize>(scene: &Scene<D>, what: &str) {
     let rate = rate(scene, Terms::ALL, &ContactRequest::default());
     assert!(rate > 1.9, "{what}: rate {rate}");
 }
@@ -214,8 +216,11 @@ fn the_tangent_is_the_derivative_of_the_force() {
     for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
         for own in FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()) {
             let friction = Some(Friction { law: own, regularization: regimes()[2] });
-            let scene =
-                Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, ContactLaw { normal, friction });
+            let scene = Scene::<2>::bent(
+                ElementKind::Quad4,
+                ElementKind::Quad4,
+                ContactLaw { normal, ..penalty(friction) },
+            );
             is_consistent(&scene, &format!("{normal:?}, {own:?}"));
         }
     }
@@ -353,7 +358,7 @@ pub fn stored_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
     at.state.current.iter().filter(|point| point.is_closed()).map(|point| point.area * point.potential).sum()
 }
 
-fn conserves<const D: usize>(upper: ElementKind, lower: ElementKind, law: ContactLaw, size: f64) {
+pub fn conserves<const D: usize>(upper: ElementKind, lower: ElementKind, law: ContactLaw, size: f64) {
     let what = format!("{upper} on {lower}, motion {size}");
     let mut scene = Scene::<D>::bent(upper, lower, law);
     scene.contact.area = AreaKind::Reference;
@@ -370,12 +375,14 @@ fn conserves<const D: usize>(upper: ElementKind, lower: ElementKind, law: Contac
         areas.zip(history).map(|(area, own)| area * stored(&law, &own.friction_traction)).sum()
     };
     let places = scene.positions();
-    let force = scene.evaluate(&ContactRequest { over_step: true, ..ContactRequest::default() }).force;
+    let request = ContactRequest { over_step: true, step: STEP, ..ContactRequest::default() };
+    let force = scene.evaluate(&request).force;
     let work: f64 = force.iter().zip(&step).map(|(f, d)| f * size * d).sum();
     let sum = |value: &dyn Fn(&PointState<D>) -> f64| -> f64 {
         scene.state.current.iter().map(|point| point.area * value(point)).sum()
     };
-    let [heat, stick] = [sum(&|point| point.plastic_work), sum(&|point| point.recoverable)];
+    let heat = sum(&|point| point.plastic_work + point.damping_work);
+    let stick = sum(&|point| point.recoverable);
     let balance = work + (after - before) + heat + (stick - held);
     let scale = force.iter().zip(&step).map(|(f, d)| (f * size * d).abs()).sum::<f64>();
     // The change of energy is known only to the rounding error of the energy.
@@ -420,13 +427,14 @@ pub fn error_over_step<const D: usize>(mut scene: Scene<D>, terms: Terms) -> f64
     scene.u_start = scene.u.iter().zip(&step).map(|(u, d)| u - 5e-5 * d).collect();
     let total = scene.u.len();
     let selection = TermSelection { terms, velocity_shift: 0.0, joint: None };
-    let request = ContactRequest { stiffness: Some(selection), over_step: true, ..ContactRequest::default() };
+    let over_step = ContactRequest { over_step: true, step: STEP, ..ContactRequest::default() };
+    let request = ContactRequest { stiffness: Some(selection), ..over_step };
     let matrix = scene.clone().evaluate(&request).matrix;
     let direction = scatter(total, 17);
     let force = |part: f64| {
         let mut moved = scene.clone();
         moved.u.iter_mut().zip(&direction).for_each(|(u, d)| *u += part * d);
-        moved.evaluate(&ContactRequest { over_step: true, ..ContactRequest::default() }).force
+        moved.evaluate(&over_step).force
     };
     let [ahead, behind] = [force(1e-6), force(-1e-6)];
     let slope: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (b - a) / 2e-6).collect();

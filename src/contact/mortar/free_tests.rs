@@ -17,7 +17,7 @@ const MOTION: f64 = 0.02;
 
 impl<const D: usize> Scene<D> {
     /// The scene over the same shape as a free body, whose two nodes are the last ones.
-    fn over_free_body(mut self) -> Self {
+    pub fn over_free_body(mut self) -> Self {
         let ContactTarget::Obstacle(RigidTarget { shape, .. }) = &self.contact.target else { panic!() };
         let free = RigidTarget::moving(shape.clone(), Some(TargetMotion::Free(0)));
         self.contact.target = ContactTarget::Obstacle(free);
@@ -74,7 +74,7 @@ fn body<const D: usize>() -> FreeRigid<D> {
     }
 }
 
-fn check<const D: usize>(scene: &Scene<D>, shift: f64, what: &str) {
+pub fn check<const D: usize>(scene: &Scene<D>, shift: f64, what: &str) {
     let total = scene.u.len();
     let selection = TermSelection { terms: Terms::ALL, velocity_shift: shift, joint: None };
     let request = ContactRequest { stiffness: Some(selection), ..ContactRequest::default() };

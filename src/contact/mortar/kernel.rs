@@ -8,7 +8,7 @@
 //!
 //! The stiffness is minus the variation of this force. Its parts are, by the varying quantity:
 //!
-//! - `t_n` (`K_CN`), computed here.
+//! - `t_n` with the gap (`K_CN`) and with the closing speed (`K_CD`), computed here.
 //! - `t_T` with the bound (`K_nT`) and with the slip (`K_T`, `C_mu`), computed here.
 //! - `t_T` with slip measure and normal (`K_TG`), computed here.
 //! - `v_a`, `c_a` and `kappa`, computed by [`super::integrals::FacetPair::vary`].
@@ -194,6 +194,7 @@ impl<const D: usize> VertexSums<D> {
             area: self.area,
             velocity,
             increment: increment - turned,
+            displacement: increment,
             history,
         };
         let (state, slopes) = tractions(law, &relation, manner);
@@ -253,15 +254,21 @@ pub fn add_stiffness<const D: usize>(
     if let Some(stiffest) = selection.joint {
         let tangential = -(slopes.by_velocity * shift + slopes.by_increment);
         let coefficients = nodes.iter().map(|node| node.coefficient);
-        let joint = Joint { normal: -slopes.normal, tangential };
+        let normal = -slopes.normal - slopes.normal_by_velocity.dot(&state.normal) * shift;
+        let joint = Joint { normal, tangential };
         return joint.add_springs(&state.normal, area, coefficients, stiffest, stiffness);
     }
     let pressed = terms.contains(Terms::NORMAL_CONTACT);
+    let damped = slopes.normal_by_velocity.amax() > 0.0;
     for (b, node) in nodes.iter().enumerate() {
-        let by_pressure = if pressed { node.gap * (slopes.normal * area) } else { Vector::zeros() };
+        let mut by_pressure = if pressed { node.gap * (slopes.normal * area) } else { Vector::zeros() };
+        let by_damping = if damped { damping_by_node(slopes, node, shift, spin) } else { Vector::zeros() };
+        if terms.contains(Terms::NORMAL_DAMPING) {
+            by_pressure += by_damping * area;
+        }
         let mut by_friction = Tensor::zeros();
         if terms.contains(Terms::FRICTION_NORMAL_COUPLING) {
-            by_friction += slopes.by_gap * node.gap.transpose();
+            by_friction += slopes.by_gap * node.gap.transpose() + slopes.by_pressure * by_damping.transpose();
         }
         if terms.contains(Terms::FRICTION_DAMPING) {
             by_friction += (slopes.by_velocity * shift + slopes.by_increment) * node.coefficient;
@@ -289,6 +296,24 @@ pub fn add_stiffness<const D: usize>(
             }
         }
     }
+}
+
+/// Derivative of the pressure by the position of a node through the closing speed \[Pa/m\]: through the
+/// velocity of the node, and through the measure of the relative velocity and the normal.
+fn damping_by_node<const D: usize>(
+    slopes: &Slopes<D>,
+    node: &VertexNode<D>,
+    shift: f64,
+    spin: Option<&Tensor<D>>,
+) -> Vector<D> {
+    let by_velocity = &slopes.normal_by_velocity;
+    let mut by = by_velocity * (shift * node.coefficient)
+        + node.slips[0].transpose() * by_velocity
+        + node.normal.transpose() * slopes.normal_by_normal;
+    if let Some(spin) = spin {
+        by += spin.transpose() * by_velocity * node.coefficient;
+    }
+    by
 }
 
 /// A vertex with the nodes on which it depends.

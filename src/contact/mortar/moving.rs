@@ -101,7 +101,8 @@ impl<const D: usize> VertexContact<D> {
             self.evaluate_at_rest(candidates, fields, &forces, &mut seen.clone(), &mut sink);
             derivatives.forces = sink.forces;
         }
-        if self.law.friction.is_some() && selection.velocity_shift != 0.0 {
+        let by_velocity = self.law.friction.is_some() || !self.law.damping.is_none();
+        if by_velocity && selection.velocity_shift != 0.0 {
             let still = TermSelection { velocity_shift: 0.0, ..*selection };
             let request = ContactRequest { stiffness: Some(still), ..*request };
             let mut sink = RecordedStiffness::default();

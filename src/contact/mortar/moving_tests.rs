@@ -19,7 +19,7 @@ const CENTRE: [f64; 3] = [0.3, 0.5, 0.45];
 const AXIS: [f64; 3] = [2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0];
 
 /// A motion with displacements and angles of this size in a unit of time.
-fn motion<const D: usize>(scale: f64) -> BodyMotion<D> {
+pub fn motion<const D: usize>(scale: f64) -> BodyMotion<D> {
     let function = |text: &str| Function::expression(&format!("{scale} * ({text})")).unwrap().into();
     let along = ["t + 2 * t ^ 2", "-0.7 * t", "0.4 * sin(t)"];
     BodyMotion {
@@ -51,7 +51,7 @@ fn carried<const D: usize>(motion: &BodyMotion<D>, time: f64, x: &Vector<D>) -> 
 
 impl<const D: usize> Scene<D> {
     /// The scene over the same shape in motion, placed for a step between these times.
-    fn moving(mut self, motion: &BodyMotion<D>, times: [f64; 2], over: Option<f64>) -> Self {
+    pub fn moving(mut self, motion: &BodyMotion<D>, times: [f64; 2], over: Option<f64>) -> Self {
         let ContactTarget::Obstacle(RigidTarget { shape, .. }) = &self.contact.target else { panic!() };
         let moving =
             RigidTarget::moving(shape.clone(), Some(TargetMotion::Prescribed(Rc::new(motion.clone()))));

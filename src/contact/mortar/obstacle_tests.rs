@@ -119,11 +119,11 @@ fn every_law<const D: usize>(targets: &[Rc<dyn Shape<D>>], kind: ElementKind) ->
     let mut seen = Terms::empty();
     for target in targets {
         for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
-            let law = ContactLaw { normal, friction: None };
+            let law = ContactLaw { normal, ..penalty(None) };
             seen |= check(&Scene::bent_over(target, kind, law), &ContactRequest::default(), "frictionless");
             for own in FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()) {
                 for regularization in regimes() {
-                    let law = ContactLaw { normal, friction: Some(Friction { law: own, regularization }) };
+                    let law = ContactLaw { normal, ..penalty(Some(Friction { law: own, regularization })) };
                     seen |= check(&Scene::bent_over(target, kind, law), &ContactRequest::default(), "law");
                 }
             }

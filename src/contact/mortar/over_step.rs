@@ -17,6 +17,7 @@ use super::contact::{ContactSink, FrozenVertices, Instant, VertexContact, clear_
 use super::integrals::{VertexPotential, WantedVariations};
 use super::kernel::{VertexRows, VertexSums};
 use super::overlap::{StepOverlap, VertexEnds};
+use crate::contact::damping::{Closing, ContactDamping};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::friction::traction::{FrictionTraction, Slip};
 use crate::contact::history::History;
@@ -55,6 +56,11 @@ struct Active<const D: usize> {
     energy: f64,
     by_pressure: Vector<D>,
     friction: FrictionTraction<D>,
+    /// Traction of damping along the surface \[Pa\].
+    viscous: Vector<D>,
+    /// Its derivatives by the gap at the end \[Pa/m\] and by the slip velocity [Pa s/m].
+    viscous_by_gap: Vector<D>,
+    drag: Tensor<D>,
 }
 
 impl<const D: usize> VertexEnds<D> {
@@ -71,6 +77,13 @@ impl<const D: usize> VertexEnds<D> {
     /// The normal in the middle of the step; zero if the vertex has no target there.
     fn direction(&self) -> Vector<D> {
         self.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros)
+    }
+}
+
+impl<const D: usize> Active<D> {
+    /// Traction of friction and damping along the surface \[Pa\].
+    fn tangential(&self) -> Vector<D> {
+        self.friction.traction + self.viscous
     }
 }
 
@@ -225,7 +238,14 @@ impl<const D: usize> VertexContact<D> {
         let law = &self.law;
         let history = &state.history[row.vertex];
         let manner = state.manner(row.vertex, request.hold, request.branches);
-        let normal = law.normal.between(change.gaps);
+        let undamped = law.normal.between(change.gaps);
+        let damping = if request.undamped { ContactDamping::default() } else { law.damping };
+        let rate = if request.step > 0.0 { 1.0 / request.step } else { 0.0 };
+        let [start, end] = change.gaps;
+        let closing = Closing { gap: end, start, speed: (start - end) * rate };
+        let damped = damping.damped(undamped, &closing);
+        let normal =
+            NormalResponse { derivative: damped.normal.derivative - damped.by_speed * rate, ..damped.normal };
         let [before, after] = change.gaps.map(|gap| law.normal.evaluate(gap));
         let direction = ends.direction();
         let [velocity, increment] =
@@ -243,6 +263,12 @@ impl<const D: usize> VertexContact<D> {
             old_normal: &history.normal,
         };
         let (bound, by_pressure, friction) = friction(law, normal.traction, &slip, &manner);
+        let (part, part_by_gap) =
+            if change.gaps.iter().any(|gap| *gap <= 0.0) { closing.part_in_contact() } else { (0.0, 0.0) };
+        let viscosity = damping.tangential_viscosity();
+        let viscous = -slip.slip_velocity() * (viscosity * part);
+        let viscous_by_gap = -slip.slip_velocity() * (viscosity * part_by_gap);
+        let drag = slip.tangential_projector() * (-viscosity * part);
         let area = change.mean_area();
         let traction = friction.traction;
         let work = -ends.end.area * traction.dot(&increment);
@@ -269,6 +295,9 @@ impl<const D: usize> VertexContact<D> {
             },
             normal_traction: normal.traction,
             friction_traction: traction,
+            normal_damping: damped.damping,
+            viscous_traction: viscous,
+            damping_work: damped.damping * (start - end) - ends.end.area * viscous.dot(&increment) / area,
             bound,
             slip_velocity: slip.slip_velocity(),
             slip_increment: increment,
@@ -279,7 +308,10 @@ impl<const D: usize> VertexContact<D> {
             over_step: true,
         };
         let energy = 0.5 * (before.potential + after.potential);
-        (state, Active { change, normal, last: after.traction, energy, by_pressure, friction })
+        let last = after.traction;
+        let active =
+            Active { change, normal, last, energy, by_pressure, friction, viscous, viscous_by_gap, drag };
+        (state, active)
     }
 }
 
@@ -296,7 +328,7 @@ impl<const D: usize> VertexStep<D> {
         let gradients = Gradients::of(row, ends, active, motion);
         let pressure = active.change.mean_area() * active.normal.traction;
         let mut friction: Vec<Vector<D>> = (0..row.nodes.len())
-            .map(|a| test(row, ends, a).transpose() * active.friction.traction * ends.end.area)
+            .map(|a| test(row, ends, a).transpose() * active.tangential() * ends.end.area)
             .collect();
         if motion.target_moves {
             motion.unfelt.remove(&mut friction);
@@ -326,7 +358,7 @@ impl<const D: usize> VertexStep<D> {
     /// `dt_T` by the slip in the middle; the end moves twice as far.
     fn by_slip(&self, selection: &TermSelection) -> Tensor<D> {
         let friction = &self.active.friction;
-        friction.by_velocity * selection.velocity_shift + friction.by_increment * 2.0
+        (friction.by_velocity + self.active.drag) * selection.velocity_shift + friction.by_increment * 2.0
     }
 
     fn add_springs(
@@ -369,7 +401,7 @@ impl<const D: usize> VertexStep<D> {
         let by_slip = self.by_slip(selection) * switch(Terms::FRICTION_DAMPING) + through;
         let mean = active.change.mean_area();
         let pressure = self.potential().pressure * switch(Terms::NORMAL_GEOMETRY);
-        let friction = active.friction.traction * switch(Terms::FRICTION_GEOMETRY);
+        let friction = active.tangential() * switch(Terms::FRICTION_GEOMETRY);
         let middle = ends.middle.area;
         let part = if ends.middle.is_covered() { ends.end.area / middle } else { 0.0 };
         for (b, node) in row.nodes.iter().enumerate() {
@@ -378,8 +410,8 @@ impl<const D: usize> VertexStep<D> {
             let by_pressure =
                 by_gap * (mean * active.normal.derivative) + by_area * (0.5 * active.normal.traction);
             let by_energy = by_gap * (-0.5 * active.last);
-            let by_friction = active.by_pressure * by_gap.transpose() * (active.normal.derivative * coupling)
-                + by_slip * tests[b].transpose();
+            let coupled = active.by_pressure * active.normal.derivative + active.viscous_by_gap;
+            let by_friction = coupled * by_gap.transpose() * coupling + by_slip * tests[b].transpose();
             let tested = by_friction * ends.end.area + friction * by_area.transpose();
             let with_gradient = by_pressure * normal;
             let with_area_gradient = by_energy * normal;

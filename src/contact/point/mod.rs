@@ -6,6 +6,7 @@ pub mod step;
 
 pub use state::{PointState, Status};
 
+use super::damping::{Closing, ContactDamping, DampedNormal};
 use super::friction::traction::{Branch, FrictionTraction, Slip};
 use super::friction::{Bound, Friction, Pressed};
 use super::history::History;
@@ -34,6 +35,8 @@ pub struct ContactLaw {
     /// `None`: no friction. On a plane every contact term is then symmetric except `K_phi`. Over
     /// round obstacles and between bodies the derivative of the gap is not symmetric either.
     pub friction: Option<Friction>,
+    /// Damping along the normal and along the surface.
+    pub damping: ContactDamping,
 }
 
 /// Tractions held fixed by a stage of the two-stage scheme; `None` follows the law.
@@ -81,6 +84,8 @@ pub struct Manner<const D: usize> {
     /// resting body. Later iterates use the slope at the computed gap; otherwise a point that
     /// should open would leave by ever smaller corrections.
     pub fresh: bool,
+    /// Damping is switched off.
+    pub undamped: bool,
 }
 
 /// Derivatives of the tractions at a closed point, from which the stiffness is assembled.
@@ -88,9 +93,15 @@ pub struct Manner<const D: usize> {
 pub struct Slopes<const D: usize> {
     /// `dt_n/dg` \[Pa/m\].
     pub normal: f64,
-    /// `dt_T/dg` through the bound \[Pa/m\].
+    /// `dt_n/dw` \[Pa s/m\].
+    pub normal_by_velocity: Vector<D>,
+    /// `dt_n/dn` at fixed `w` \[Pa\].
+    pub normal_by_normal: Vector<D>,
+    /// `dt_T/dg`, through the bound and of damping \[Pa/m\].
     pub by_gap: Vector<D>,
-    /// `dt_T/dw` at fixed bound \[Pa s/m\].
+    /// `dt_T/dt_n` through the bound \[-\]; zero without damping along the normal.
+    pub by_pressure: Vector<D>,
+    /// `dt_T/dw` at fixed bound, damping included \[Pa s/m\].
     pub by_velocity: Tensor<D>,
     /// `dt_T/dw` through the bound \[Pa s/m\].
     pub through_bound: Tensor<D>,
@@ -111,8 +122,11 @@ pub struct Relation<'a, const D: usize> {
     pub area: f64,
     /// `w`, contactor minus target, not projected \[m/s\].
     pub velocity: Vector<D>,
-    /// `d`, of displacements since the start of the step \[m\].
+    /// `d`, of displacements since the start of the step, without what a rotation of the normal
+    /// adds \[m\].
     pub increment: Vector<D>,
+    /// Relative displacement since the start of the step, contactor minus target \[m\].
+    pub displacement: Vector<D>,
     /// History of the point from the last accepted step.
     pub history: &'a History<D>,
 }
@@ -141,16 +155,32 @@ pub fn tractions<const D: usize>(
     let slip_velocity = slip.slip_velocity();
     let slip_increment = slip.slip_increment();
     let shifted = relation.gap - manner.offset;
+    // Work of damping by the trapezoidal rule, like the integrators.
+    let damping_work =
+        |now: Vector<D>| -0.5 * (relation.history.damping_traction + now).dot(&relation.displacement);
     if shifted > manner.touching && !frozen.presses() {
-        return (PointState { slip_velocity, slip_increment, ..state }, None);
+        let damping_work = damping_work(Vector::zeros());
+        return (PointState { slip_velocity, slip_increment, damping_work, ..state }, None);
     }
     let met = if manner.fresh && shifted <= manner.touching { shifted.min(0.0) } else { shifted };
-    let normal = normal_response(law, met, frozen);
+    let damping = if manner.undamped { ContactDamping::default() } else { law.damping };
+    let speed = -relation.normal.dot(&relation.velocity);
+    let closing = Closing { gap: met, start: relation.history.gap - manner.offset, speed };
+    let damped = damping.damped(law.normal.evaluate(met), &closing);
+    let normal = normal_response(damped, frozen);
+    let by_speed = if frozen.normal_traction.is_some() { 0.0 } else { damped.by_speed };
     let friction = friction_response(law, met, normal, &slip, manner);
     let answer = friction.answer;
+    let (part, part_by_gap) = closing.part_in_contact();
+    let viscosity = damping.tangential_viscosity();
+    let viscous_traction = -slip_velocity * (viscosity * part);
+    let drag = slip.tangential_projector() * (-viscosity * part);
     let state = PointState {
         normal_traction: normal.traction,
         friction_traction: answer.traction,
+        normal_damping: damped.damping,
+        viscous_traction,
+        damping_work: damping_work(relation.normal * damped.damping + viscous_traction),
         bound: friction.bound.value,
         slip_velocity,
         slip_increment,
@@ -163,11 +193,14 @@ pub fn tractions<const D: usize>(
     };
     let slopes = Slopes {
         normal: normal.derivative,
-        by_gap: answer.by_bound * friction.bound.by_gap,
-        by_velocity: answer.by_velocity,
+        normal_by_velocity: -relation.normal * by_speed,
+        normal_by_normal: -relation.velocity * by_speed,
+        by_gap: answer.by_bound * friction.bound.by_gap - slip_velocity * (viscosity * part_by_gap),
+        by_pressure: answer.by_bound * if by_speed > 0.0 { friction.by_pressure } else { 0.0 },
+        by_velocity: answer.by_velocity + drag,
         through_bound: answer.by_velocity_through_bound,
         by_increment: answer.by_increment,
-        by_normal: answer.by_normal,
+        by_normal: answer.by_normal + slip.projected_velocity_by_normal() * (-viscosity * part),
     };
     (state, Some(slopes))
 }
@@ -180,15 +213,17 @@ fn potential<const D: usize>(law: &ContactLaw, gap: f64, manner: &Manner<D>) -> 
     if manner.offset > 0.0 { 0.5 * shifted.traction * (-gap).max(0.0) } else { shifted.potential }
 }
 
-fn normal_response<const D: usize>(law: &ContactLaw, gap: f64, frozen: &Frozen<D>) -> NormalResponse {
+fn normal_response<const D: usize>(damped: DampedNormal, frozen: &Frozen<D>) -> NormalResponse {
     match frozen.normal_traction {
         Some(traction) => NormalResponse { traction, derivative: 0.0, potential: 0.0 },
-        None => law.normal.evaluate(gap),
+        None => damped.normal,
     }
 }
 
 struct FrictionResponse<const D: usize> {
     bound: Bound,
+    /// `db/dt_n` \[-\].
+    by_pressure: f64,
     answer: FrictionTraction<D>,
 }
 
@@ -201,20 +236,27 @@ fn friction_response<const D: usize>(
 ) -> FrictionResponse<D> {
     let frozen = &manner.frozen;
     let Some(friction) = law.friction else {
-        return FrictionResponse { bound: Bound::default(), answer: FrictionTraction::dead(Vector::zeros()) };
+        let answer = FrictionTraction::dead(Vector::zeros());
+        return FrictionResponse { bound: Bound::default(), by_pressure: 0.0, answer };
     };
     if let Some(traction) = frozen.friction_traction {
         let bound = Bound { value: traction.norm(), ..Bound::default() };
-        return FrictionResponse { bound, answer: FrictionTraction::dead(traction) };
+        return FrictionResponse { bound, by_pressure: 0.0, answer: FrictionTraction::dead(traction) };
     }
+    let mut by_pressure = 0.0;
     let bound = match frozen.bound {
         Some(value) => Bound { value, ..Bound::default() },
         None => {
             let slip_speed = slip.direction().0;
-            let bound = friction.law.bound(Pressed { normal, gap, slip_speed });
+            let pressed = Pressed { normal, gap, slip_speed };
+            let bound = friction.law.bound(pressed);
             let by_gap = if frozen.normal_traction.is_some() { 0.0 } else { bound.by_gap };
+            if law.damping.normal.is_some() {
+                by_pressure = friction.law.by_pressure(pressed);
+            }
             Bound { by_gap, ..bound }
         }
     };
-    FrictionResponse { bound, answer: friction.regularization.traction(&bound, slip, manner.branch) }
+    let answer = friction.regularization.traction(&bound, slip, manner.branch);
+    FrictionResponse { bound, by_pressure, answer }
 }

@@ -25,6 +25,12 @@ pub struct PointState<const D: usize> {
     pub normal_traction: f64,
     /// `t_T` on the contactor \[Pa\].
     pub friction_traction: Vector<D>,
+    /// Part of the pressure that is damping \[Pa\]; negative while the gap opens.
+    pub normal_damping: f64,
+    /// Traction of damping along the surface, on the contactor \[Pa\], beside `friction_traction`.
+    pub viscous_traction: Vector<D>,
+    /// Heat of damping in the step per area \[J/m^2\].
+    pub damping_work: f64,
     /// `b` \[Pa\], bound of `|t_T|`.
     pub bound: f64,
     /// `v_T` \[m/s\].
@@ -62,6 +68,9 @@ impl<const D: usize> Default for PointState<D> {
             normal: Vector::zeros(),
             normal_traction: 0.0,
             friction_traction: Vector::zeros(),
+            normal_damping: 0.0,
+            viscous_traction: Vector::zeros(),
+            damping_work: 0.0,
             bound: 0.0,
             slip_velocity: Vector::zeros(),
             slip_increment: Vector::zeros(),
@@ -96,8 +105,18 @@ impl<const D: usize> PointState<D> {
         self.status != Status::Open
     }
 
+    /// Friction and damping along the surface \[Pa\], on the contactor.
+    pub fn tangential_traction(&self) -> Vector<D> {
+        self.friction_traction + self.viscous_traction
+    }
+
+    /// Traction of damping, along the normal and along the surface \[Pa\], on the contactor.
+    pub fn damping_traction(&self) -> Vector<D> {
+        self.normal * self.normal_damping + self.viscous_traction
+    }
+
     /// `t = t_n n + t_T` \[Pa\], on the contactor.
     pub fn traction(&self) -> Vector<D> {
-        self.normal * self.normal_traction + self.friction_traction
+        self.normal * self.normal_traction + self.tangential_traction()
     }
 }
