@@ -108,7 +108,7 @@ fn shipped_studies_are_right() {
         let planned = Planned::read(&text, &path, crate::case::Case::load).unwrap_or_else(|e| panic!("{e}"));
         assert!(planned.members.len() > 3 && planned.listing().contains("quantities"), "{path:?}");
     }
-    assert_eq!(count, 9);
+    assert_eq!(count, 10);
     let shipped = std::fs::read_to_string(meshes.join("study.schema.json")).unwrap();
     assert_eq!(shipped, serde_json::to_string_pretty(&super::schema()).unwrap() + "\n");
 }
