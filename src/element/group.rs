@@ -111,7 +111,8 @@ impl<const D: usize> ElementGroup<D> {
         if !(formulation.density >= 0.0 && formulation.density.is_finite()) {
             return Err(Error::case(format!("density: {} is negative", formulation.density)));
         }
-        let passes = passes(kind, &formulation)?;
+        let rule = formulation.locking.on(kind, &formulation.moduli()).volume_rule(kind)?;
+        let passes = passes(kind, rule);
         let mut nodes = Vec::with_capacity(elements.len().div_ceil(WIDTH) * kind.nodes());
         for batch in elements.chunks(WIDTH) {
             for a in 0..kind.nodes() {
@@ -194,15 +195,15 @@ fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
 }
 
 /// One pass with all terms, or one with the shear terms and one with the volume terms.
-fn passes(kind: ElementKind, formulation: &Formulation) -> Result<Vec<Pass>> {
+pub(super) fn passes(kind: ElementKind, rule: VolumeRule) -> Vec<Pass> {
     let full = reference(kind).full_rule();
-    let second = match formulation.locking.on(kind, &formulation.moduli()).volume_rule(kind)? {
-        VolumeRule::Full => return Ok(vec![Pass::new(kind, full, Part::Whole)]),
+    let second = match rule {
+        VolumeRule::Full => return vec![Pass::new(kind, full, Part::Whole)],
         VolumeRule::Mean => Pass::mean(kind, Part::Volume),
         VolumeRule::Projected(space) => {
             Pass { sampling: Sampling::Projected(space), ..Pass::new(kind, full, Part::Volume) }
         }
         VolumeRule::Of(sibling) => Pass::new(kind, reference(sibling).full_rule(), Part::Volume),
     };
-    Ok(vec![Pass::new(kind, full, Part::Shear), second])
+    vec![Pass::new(kind, full, Part::Shear), second]
 }

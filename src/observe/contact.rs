@@ -75,7 +75,8 @@ pub enum OverPoints<const D: usize> {
     LargestOfAll(fn(&ContactPoint<D>) -> f64),
     /// A number of the whole contact, from the energy ledger.
     Total(fn(&ContactTotals<D>) -> f64),
-    /// A vector of the whole contact, from the forces of its nodes; absent if there is none.
+    /// A vector of the whole contact, from the forces of its nodes. It is `None` where it is not
+    /// defined, such as a centre of pressure without pressure.
     /// Components that do not exist in 2D are ignored.
     OfForces(fn(&ContactTotals<D>) -> Option<[f64; 3]>),
 }

@@ -98,7 +98,7 @@ fn damped_terms_add_up() {
 }
 
 /// Damping of the pressure and of the shear oppose the relative motion, beside what the contact does
-/// without damping. A static start has none of it.
+/// without damping. A static start is not damped.
 #[test]
 fn damping_opposes_the_motion() {
     for law in laws() {

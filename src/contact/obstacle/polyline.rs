@@ -174,7 +174,7 @@ impl<const D: usize> Shape<D> for Polyline<D> {
         let (distance, mut normal, mut hessian) = tube_about(&way, axis.as_ref(), self.radius);
         let mut gap = distance;
         if let Some(sign) = self.bounded {
-            // At a corner the sum of the normals of both lines tells inside from outside.
+            // At a corner the sign follows from the sum of the normals of both lines.
             let count = self.lines();
             let other = match along {
                 along if inner || !(0.0..=1.0).contains(&along) => line,

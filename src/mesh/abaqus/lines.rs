@@ -80,7 +80,7 @@ pub(super) struct Deck {
 }
 
 impl Deck {
-    /// The file with these bytes. Its `name` is empty if it has none.
+    /// Reads the bytes of a file. `name` stands in its errors and is empty for bytes without a file.
     pub fn new(name: &str, bytes: Vec<u8>, folder: Option<PathBuf>) -> Self {
         let mut segments = Segments::default();
         segments.begin(0, name, 1);

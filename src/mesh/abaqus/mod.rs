@@ -11,10 +11,11 @@ mod names;
 mod sets;
 mod types;
 
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 use std::path::Path;
 
 use super::Mesh;
+use super::file::unreadable;
 use super::source::{Labels, MeshFile, Places};
 use crate::error::{Error, Result};
 use crate::files;
@@ -35,14 +36,7 @@ const HEAD: u64 = 4096;
 /// - The file has several parts or instances, or an instance that is moved.
 pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, MeshFile)> {
     let name = path.display().to_string();
-    let unreadable = |e: std::io::Error| {
-        let error = Error::file(format!("the mesh can not be read: {e}"));
-        let error = match e.kind() {
-            ErrorKind::NotFound => error.hint("paths of meshes are relative to the folder of the case file"),
-            _ => error,
-        };
-        error.within(&name)
-    };
+    let unreadable = |e| unreadable(&name, &e);
     // A file that is not an input file is not read further, regardless of its length.
     let mut head = Vec::new();
     files::open(path).map_err(unreadable)?.take(HEAD).read_to_end(&mut head).map_err(unreadable)?;

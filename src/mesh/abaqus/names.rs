@@ -32,7 +32,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Number of the set with this name, which is created if there is none.
+    /// Number of the set with this name. A set that does not exist yet is created.
     pub fn declare(&mut self, name: &str, scope: Scope, is_internal: bool) -> u32 {
         let next = self.list.len() as u32;
         let number = *self.index.entry((scope, key(name))).or_insert(next);

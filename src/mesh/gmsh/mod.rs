@@ -11,9 +11,10 @@ mod msh4;
 mod raw;
 mod sets;
 
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 use std::path::Path;
 
+use super::file::unreadable;
 use super::source::{Labels, MeshFile, Places};
 use super::{Mesh, SurfaceMesh};
 use crate::error::{Error, Result};
@@ -50,14 +51,7 @@ pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>
 /// The errors of [`read`].
 pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, MeshFile)> {
     let name = path.display().to_string();
-    let unreadable = |e: std::io::Error| {
-        let error = Error::file(format!("the mesh can not be read: {e}"));
-        let error = match e.kind() {
-            ErrorKind::NotFound => error.hint("paths of meshes are relative to the folder of the case file"),
-            _ => error,
-        };
-        error.within(&name)
-    };
+    let unreadable = |e| unreadable(&name, &e);
     let mut file = files::open(path).map_err(unreadable)?;
     // A file that is not a mesh is not read further, regardless of its length.
     let mut bytes = Vec::new();

@@ -136,8 +136,8 @@ impl<'a> Parser<'a> {
         &rest[..rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())]
     }
 
-    /// The column of a table at this position, such as `contact.sole.force_n`, or within quotation marks
-    /// if a name in it has a `-`; `None` if there is none or it is not allowed.
+    /// The column of a table at this position, such as `contact.sole.force_n`, or in backticks if
+    /// a name in it has a `-`. `None` if the text is something else, or if columns are not allowed here.
     fn column(&mut self) -> Option<Node> {
         let columns = self.columns.as_mut()?;
         let rest = &self.text[self.at..];
