@@ -68,6 +68,54 @@ fn friction_does_not_move_the_centre_of_pressure() {
     near(&[contact.last("centre_of_pressure_x")], &[contact.last("moment_z") / force[1]], 1e-6);
 }
 
+/// A block is pressed by a linear load on a floor with damping, and slides.
+const DAMPED: &str = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, -1.0e-3], max: [10, 0.099], cells: [4, 1], element: quad4 } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e9, poisson_ratio: 0 } }
+    density: 1
+    kinematics: linear
+    initial_velocity: [0.2, -0.05]
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-3 } }
+    friction: none
+    damping: DAMPING
+    area: reference
+    initial_overclosure: accept
+boundary: { load: { on: block.top, traction: { y: '-0.2 * x' } } }
+time: { end: 2.0e-4, step: 1.0e-4, scheme: SCHEME }
+";
+
+/// Damping along the normal is part of the pressure, with its moment and its centre, in schemes whose
+/// forces act over the step as well. Damping along the surface is part of the tangential force, and does
+/// not enter the centre of pressure. The floor passes through the origin.
+#[test]
+fn resultants_contain_the_damping_of_a_contact() {
+    let normal = "{ normal: { kelvin: { viscosity: 200 } } }";
+    let both = "{ normal: { kelvin: { viscosity: 200 } }, tangential: 2.0e3 }";
+    for scheme in ["conserving", "midpoint", "{ newmark: {} }"] {
+        for (damping, is_tangential) in [(normal, false), (both, true)] {
+            let text = DAMPED.replace("SCHEME", scheme).replace("DAMPING", damping);
+            let contact = Results::of(&text, 2).table("contact.csv");
+            // Damping stops the block within 5e-4 s.
+            let of = |column: &str| contact.numbers(column)[1];
+            let by_force =
+                of("centre_of_pressure_x") * of("force_n") - of("centre_of_pressure_y") * of("force_x");
+            near(&[of("moment_z")], &[by_force], 1e-3);
+            near(&[of("force_t").abs()], &[of("force_x").abs()], 1e-3);
+            // The stiffness alone has 10 N.
+            assert!(of("force_n") > 20.0, "{scheme}: {}", of("force_n"));
+            assert_eq!(of("force_x").abs() > 1.0, is_tangential, "{scheme}: {}", of("force_x"));
+        }
+    }
+}
+
 /// In space the load is eccentric along both axes.
 #[test]
 fn the_centre_of_pressure_in_space() {

@@ -123,9 +123,13 @@ fn uniform_stress_passes_in_the_plane_on_1_and_3_ranks() {
 #[test]
 fn uniform_stress_passes_in_space_on_1_to_4_ranks() {
     let stress = [(0, 1.0e4), (1, -5.0e3), (2, 2.0e4), (3, 2.0e3), (4, 3.0e3), (5, 4.0e3)];
-    for (lower, upper, ranks) in
-        [("hex8", "hex8", 4), ("tet4", "hex8", 1), ("hex20", "tet10", 2), ("hex27", "hex27", 1)]
-    {
+    for (lower, upper, ranks) in [
+        ("hex8", "hex8", 4),
+        ("tet4", "hex8", 1),
+        ("hex20", "tet10", 2),
+        ("wedge6", "wedge6", 3),
+        ("hex27", "hex27", 1),
+    ] {
         let results = Results::of(&PATCH_3D.replace("LOWER", lower).replace("UPPER", upper), ranks);
         let worst = worst_stress(&results, &stress);
         assert!(worst < 1e-10, "{lower} under {upper}: {worst:.1e}");

@@ -5,7 +5,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact_forces::add_contact_forces;
 use super::external::Moment;
 use super::forces::SolidFields;
-use super::stages::hold;
+use super::stages::{active_damping, hold};
 use super::system::{ContactSystem, ForceParts};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::Branches;
@@ -68,7 +68,7 @@ impl<const D: usize> ContactSystem<D> {
             branches,
             over_step,
             step: stage.dt,
-            undamped: !self.continuation.damped,
+            damping: active_damping(self.continuation.damped),
         };
         let solids = &self.bodies.solids;
         let elastic = &mut self.bodies.elastic;

@@ -1,8 +1,9 @@
 //! What observers may read of a system, see [`crate::observe`].
 
 use super::contact::LocalContact;
-use super::stages::hold;
+use super::stages::{active_damping, hold};
 use super::system::ContactSystem;
+use crate::contact::damping::ActiveDamping;
 use crate::contact::evaluation::ContactRequest;
 use crate::contact::mortar::resultant::ContactResultant;
 use crate::contact::state::Hold;
@@ -12,9 +13,9 @@ use crate::petsc::Values;
 /// Resultants of a contact on this rank.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContactResultants<const D: usize> {
-    /// Of pressure and friction.
+    /// Of pressure, friction and damping.
     pub whole: ContactResultant<D>,
-    /// Of the pressure alone.
+    /// Of the pressure, with its damping.
     pub normal: ContactResultant<D>,
 }
 
@@ -49,16 +50,22 @@ impl<const D: usize> ContactSystem<D> {
         let request = ContactRequest {
             hold: hold(self.continuation.friction, self.split),
             over_step: stage.over_step != OverStep::No,
+            step: stage.dt,
+            damping: active_damping(self.continuation.damped),
             ..ContactRequest::default()
         };
         let of = |contact: &LocalContact<D>| {
             let whole = contact.pair.resultant(&fields, &request, &contact.state);
-            let normal = match contact.law().friction {
-                None => whole,
-                Some(_) => {
-                    let request = ContactRequest { hold: Hold::Frictionless, ..request };
-                    contact.pair.resultant(&fields, &request, &contact.state)
-                }
+            let law = contact.law();
+            let normal = if law.friction.is_none() && law.damping.tangential.is_none() {
+                whole
+            } else {
+                let damping = match request.damping {
+                    ActiveDamping::Off => ActiveDamping::Off,
+                    ActiveDamping::Whole | ActiveDamping::Normal => ActiveDamping::Normal,
+                };
+                let request = ContactRequest { hold: Hold::Frictionless, damping, ..request };
+                contact.pair.resultant(&fields, &request, &contact.state)
             };
             ContactResultants { whole, normal }
         };

@@ -6,6 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::LocalContact;
 use super::interface::{Interface, RemoteForce};
+use crate::contact::damping::ActiveDamping;
 use crate::contact::evaluation::ContactFields;
 use crate::contact::state::{self, Hold, Keep};
 use crate::dynamics::{ForceChange, Freeze, FrictionMode, KnownFriction, Split};
@@ -21,6 +22,11 @@ pub enum MatrixTarget<'a> {
     /// Another matrix with the same pattern, with springs in place of contact that are at most as
     /// stiff as the elements beneath it.
     Joined(&'a mut Matrix),
+}
+
+/// Part of the damping of contacts that acts.
+pub fn active_damping(damped: bool) -> ActiveDamping {
+    if damped { ActiveDamping::Whole } else { ActiveDamping::Off }
 }
 
 /// Quantities that the contact law holds fixed in this stage.

@@ -7,7 +7,7 @@ use super::external::External;
 use super::forces::SolidFields;
 use super::interface::Opening;
 use super::scatter::LiftTarget;
-use super::stages::{MatrixTarget, hold};
+use super::stages::{MatrixTarget, active_damping, hold};
 use super::system::ContactSystem;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::TermSelection;
@@ -131,7 +131,7 @@ impl<const D: usize> ContactSystem<D> {
                 branches: Branches::Predicted,
                 over_step: stage.over_step == OverStep::Middle,
                 step: stage.dt,
-                undamped: !damped,
+                damping: active_damping(damped),
             };
             let lift = lifted.as_mut().map(LiftTarget::reborrow);
             match interface {

@@ -298,6 +298,19 @@ impl Locking {
             Self::MeanDilatation => "mean_dilatation",
         }
     }
+
+    /// What to do if an element does not support this treatment.
+    pub fn cure(self) -> &'static str {
+        match self {
+            Self::MeanDilatation => {
+                "linear triangles, tetrahedra and wedges lock even with one value of the volume per element; use \
+                 tri6 or tet10, quadrilaterals or hexahedra"
+            }
+            _ => {
+                "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or change the element"
+            }
+        }
+    }
 }
 
 /// Mass matrix.

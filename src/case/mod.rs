@@ -307,7 +307,7 @@ impl Case {
         self.shapes().filter_map(|(_, shape)| shape.surface())
     }
 
-    /// Takes the surfaces of rigid bodies from their files, as far as they are not known yet.
+    /// Takes the surfaces of rigid bodies from their files, unless they are loaded already.
     /// `bytes` gets the path of a file, and returns its content.
     ///
     /// # Errors

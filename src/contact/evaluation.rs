@@ -1,5 +1,6 @@
 //! Inputs and options of a contact evaluation.
 
+use super::damping::ActiveDamping;
 use super::point::TermSelection;
 use super::state::{Branches, Hold};
 
@@ -39,6 +40,6 @@ pub struct ContactRequest {
     pub over_step: bool,
     /// Length of the step \[s\], which damping over a step needs; damping vanishes if it is zero.
     pub step: f64,
-    /// Damping is switched off, for a static start.
-    pub undamped: bool,
+    /// Part of the damping that acts.
+    pub damping: ActiveDamping,
 }

@@ -3,6 +3,7 @@
 
 use std::ops::AddAssign;
 
+use super::damping::ActiveDamping;
 use super::friction::traction::Branch;
 use super::held::FrozenTractions;
 pub use super::held::Keep;
@@ -370,7 +371,7 @@ impl<const D: usize> ContactState<D> {
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
         let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
         let fresh = self.track[p].statuses[1].is_none();
-        Manner { branch, frozen, offset, touching: self.touching, fresh, undamped: false }
+        Manner { branch, frozen, offset, touching: self.touching, fresh, damping: ActiveDamping::Whole }
     }
 }
 

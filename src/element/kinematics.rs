@@ -114,7 +114,7 @@ impl Locking {
                 Ok(VolumeRule::Projected(DilatationSpace::Linear))
             }
             (Self::MeanDilatation, _) => {
-                let cure = "one value of the volume per element is too many for it: use elements of second order, quads or hexes";
+                let cure = "use tri6 or tet10, quadrilaterals or hexahedra";
                 Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
             }
             (Self::SelectiveReduced, _) => {

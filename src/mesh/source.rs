@@ -1,6 +1,8 @@
 //! Locations of the nodes and elements of a mesh in its file, for messages about errors found after
 //! reading.
 
+use std::io::ErrorKind;
+
 use super::Mesh;
 use super::spelling::coordinates;
 use crate::error::Error;
@@ -139,4 +141,14 @@ impl MeshFile {
             Places::Lines(segments) => segments.error(label.place, message),
         }
     }
+}
+
+/// The error of a mesh file that the system does not let the program read.
+pub(super) fn unreadable(name: &str, cause: &std::io::Error) -> Error {
+    let error = Error::file(format!("the mesh can not be read: {cause}"));
+    let error = match cause.kind() {
+        ErrorKind::NotFound => error.hint("paths of meshes are relative to the folder of the case file"),
+        _ => error,
+    };
+    error.within(name)
 }

@@ -292,6 +292,16 @@ fn mass_of<const D: usize>(body: &case::Rigid, free: &case::FreeMotion) -> Optio
     free.mass.map(|mass| MassProperties { mass: mass.value, inertia })
 }
 
+/// The treatment of locking of a case in the elements.
+pub(super) fn locking(of: case::Locking) -> Locking {
+    match of {
+        case::Locking::Auto => Locking::Auto,
+        case::Locking::None => Locking::None,
+        case::Locking::SelectiveReduced => Locking::SelectiveReduced,
+        case::Locking::MeanDilatation => Locking::MeanDilatation,
+    }
+}
+
 fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
     let formulation = Formulation {
         material: body.material,
@@ -299,12 +309,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Kinematics::Finite => Kinematics::Finite,
             case::Kinematics::Linear => Kinematics::Linear,
         },
-        locking: match body.locking {
-            case::Locking::Auto => Locking::Auto,
-            case::Locking::None => Locking::None,
-            case::Locking::SelectiveReduced => Locking::SelectiveReduced,
-            case::Locking::MeanDilatation => Locking::MeanDilatation,
-        },
+        locking: locking(body.locking),
         density: body.density.map_or(0.0, |density| density.value),
     };
     let velocity = body.initial_velocity.as_ref();

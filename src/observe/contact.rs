@@ -133,13 +133,13 @@ impl<const D: usize> ContactColumn<D> {
             quantity: Quantity::number(
                 "force_t",
                 "N",
-                "friction on the contactor: in 2D with the sign of its component along the tangent, the normal of \
+                "friction and tangential damping on the contactor: in 2D with the sign of its component along the tangent, the normal of \
                  the target turned clockwise; in 3D the length of the resultant",
             ),
             value: if D == 2 {
-                OverPoints::Integral(|point| point.state.along(&point.state.friction_traction))
+                OverPoints::Integral(|point| point.state.along(&point.state.tangential_traction()))
             } else {
-                OverPoints::LengthOfIntegral(|point| point.state.friction_traction)
+                OverPoints::LengthOfIntegral(|point| point.state.tangential_traction())
             },
         },
         Self {

@@ -249,8 +249,12 @@ impl<const D: usize> ContactField<D> {
             over_contacts: OverContacts::Sum,
         },
         Self {
-            quantity: Quantity::vector("traction_t", "Pa", "friction traction on the contactor"),
-            value: NodalValue::MeanVector(|point| point.state.friction_traction),
+            quantity: Quantity::vector(
+                "traction_t",
+                "Pa",
+                "traction of friction and tangential damping on the contactor",
+            ),
+            value: NodalValue::MeanVector(|point| point.state.tangential_traction()),
             over_contacts: OverContacts::Sum,
         },
         Self {

@@ -55,10 +55,10 @@ impl<const D: usize> ProbeColumn<D> {
             quantity: Quantity::number(
                 "traction_t",
                 "Pa",
-                "friction traction; signed in 2D, its length in 3D",
+                "traction of friction and tangential damping; signed in 2D, its length in 3D",
             ),
             value: ProbeValue::Contact(NodalValue::Mean(|point| {
-                point.state.along(&point.state.friction_traction)
+                point.state.along(&point.state.tangential_traction())
             })),
         },
         Self {

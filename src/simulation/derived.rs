@@ -129,6 +129,11 @@ fn unknown(column: &str, known: &[String], bodies: bool) -> Complaint {
         return Complaint::new(format!("'{column}' is in `bodies.csv`, which this case does not write"))
             .hint("add `bodies: true` to `output`");
     }
+    let start = format!("{column}-");
+    if let Some(name) = known.iter().find(|name| name.starts_with(&start)) {
+        return Complaint::new(format!("unknown column '{column}': a name with a `-` needs backticks"))
+            .hint(format!("write the reference in backticks, such as \"`{name}`\", or rename the item"));
+    }
     let row = column.rsplit_once('.').map_or("", |(row, _)| row);
     let within = |prefix: &str| -> Vec<&str> {
         let inside =

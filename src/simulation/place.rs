@@ -69,8 +69,8 @@ pub(super) fn quoted(path: &Path) -> String {
     }
 }
 
-/// Case file, mesh files and files of surfaces with their hashes, if they can be read. The hash of the case is that of
-/// the text that was read.
+/// Case file, mesh files and files of surfaces with their hashes, if they can be read. The hash of the
+/// case is that of the text that was read.
 pub(super) fn inputs(case: &Case, place: &RunRequest) -> impl Iterator<Item = Result<InputRecord>> {
     let files = case.files().map(|path| InputRecord::of(&path));
     std::iter::once(Ok(InputRecord::of_text(&place.case_file, case.text()))).chain(files)

@@ -150,16 +150,7 @@ impl Check<'_> {
         }
         if !element.value.offers(locking) {
             self.found.say(element.place, format!("{name} does not support {}", locking.name()));
-            self.found.cure(match locking {
-                Locking::SelectiveReduced => {
-                    "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or change the \
-                     element"
-                }
-                _ => {
-                    "linear triangles, tetrahedra and wedges lock even with one value of the volume per element; \
-                     use tri6 or tet10, quadrilaterals or hexahedra"
-                }
-            });
+            self.found.cure(locking.cure());
         }
     }
 }

@@ -248,7 +248,7 @@ fn shapes_of_rigid_bodies_are_checked() {
         (
             3,
             "torus: { center: [0, 0, 0], axis: [0, 0, 1], ring_radius: 1, tube_radius: 1 }".to_owned(),
-            &["closes its hole", "smaller than `ring_radius`"],
+            &["thinner than the ring of radius 1, found 1", "smaller than `ring_radius`"],
         ),
         (
             3,
@@ -269,6 +269,21 @@ fn shapes_of_rigid_bodies_are_checked() {
             2,
             "polyline: { points: [[0, 0], [1, 0], [2, 0]], closed: true, radius: 1 }".to_owned(),
             &["encloses no area", "remove `closed`"],
+        ),
+        (
+            2,
+            "polyline: { points: [[0, 2], [2, 3], [2, 2], [0, 3.5]], closed: true, radius: 1 }".to_owned(),
+            &["lines from points 1 and 3 of the closed polyline meet", "along the outline"],
+        ),
+        (
+            2,
+            "polyline: { points: [[0, 0], [1, 0], [1, 1], [0, 0]], closed: true, radius: 1 }".to_owned(),
+            &["points 4 and 1 of a polyline are the same"],
+        ),
+        (
+            3,
+            "surface: { file: a.stl, crease_angle: 40 }".to_owned(),
+            &["at most pi, found 40", "34 degrees are 0.6"],
         ),
         (
             2,

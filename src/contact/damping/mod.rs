@@ -29,7 +29,28 @@ pub struct ContactDamping {
     pub tangential: Option<AreaViscosity>,
 }
 
+/// The part of the damping of a contact that acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ActiveDamping {
+    /// Along the normal and along the surface.
+    #[default]
+    Whole,
+    /// Along the normal, for the resultant of the pressure.
+    Normal,
+    /// No damping, in a static start.
+    Off,
+}
+
 impl ContactDamping {
+    /// The damping of which only a part acts.
+    pub fn only(&self, part: ActiveDamping) -> Self {
+        match part {
+            ActiveDamping::Whole => *self,
+            ActiveDamping::Normal => Self { tangential: None, ..*self },
+            ActiveDamping::Off => Self::default(),
+        }
+    }
+
     /// Whether nothing is damped.
     pub fn is_none(&self) -> bool {
         self.normal.is_none() && self.tangential.is_none()

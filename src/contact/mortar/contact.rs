@@ -389,7 +389,7 @@ impl<const D: usize> VertexContact<D> {
                 continue;
             }
             let manner = state.manner(vertex, request.hold, request.branches);
-            let manner = Manner { undamped: request.undamped, ..manner };
+            let manner = Manner { damping: request.damping, ..manner };
             let (point, slopes) =
                 sums.respond(&self.law, &state.history[vertex], state.adjusted(vertex), &manner);
             state.current[vertex] = point;

@@ -5,7 +5,7 @@ use super::moving_tests::motion;
 use super::obstacle_tests::size;
 use super::tests::{CONTACT_TERMS, SHIFT, Scene, conserves, error_over_step, is_consistent, rate, regimes};
 use super::*;
-use crate::contact::damping::{ContactDamping, HuntCrossley, Kelvin, NormalDamping};
+use crate::contact::damping::{ActiveDamping, ContactDamping, HuntCrossley, Kelvin, NormalDamping};
 use crate::contact::obstacle::sample_shapes;
 use crate::contact::pair_scene::{COMPLIANCE, coulomb, penalty};
 use crate::mesh::ElementKind;
@@ -103,7 +103,7 @@ fn damped_terms_add_up() {
 fn damping_opposes_the_motion() {
     for law in laws() {
         let mut scene = Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law);
-        let undamped = ContactRequest { undamped: true, ..ContactRequest::default() };
+        let undamped = ContactRequest { damping: ActiveDamping::Off, ..ContactRequest::default() };
         let still = scene.clone().evaluate(&undamped).force;
         scene.evaluate(&ContactRequest::default());
         let mut heat = 0.0;
@@ -166,7 +166,8 @@ fn heat_is_traction_times_path() {
     let heat: f64 = scene.state.current.iter().map(|point| point.area * point.damping_work).sum();
     let mut bare = scene.clone();
     let damped = scene.evaluate(&ContactRequest::default()).force;
-    let elastic = bare.evaluate(&ContactRequest { undamped: true, ..ContactRequest::default() }).force;
+    let elastic =
+        bare.evaluate(&ContactRequest { damping: ActiveDamping::Off, ..ContactRequest::default() }).force;
     let forces = damped.iter().zip(&elastic).zip(&scene.v);
     let work: f64 = forces.map(|((damped, elastic), v)| (damped - elastic) * 1e-3 * v).sum();
     assert!(heat > 0.0 && (heat / -work - 1.0).abs() < 1e-12, "{heat:e} {work:e}");

@@ -17,7 +17,7 @@ use super::contact::{ContactSink, FrozenVertices, Instant, VertexContact, clear_
 use super::integrals::{VertexPotential, WantedVariations};
 use super::kernel::{VertexRows, VertexSums};
 use super::overlap::{StepOverlap, VertexEnds};
-use crate::contact::damping::{Closing, ContactDamping};
+use crate::contact::damping::Closing;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::friction::traction::{FrictionTraction, Slip};
 use crate::contact::history::History;
@@ -239,7 +239,7 @@ impl<const D: usize> VertexContact<D> {
         let history = &state.history[row.vertex];
         let manner = state.manner(row.vertex, request.hold, request.branches);
         let undamped = law.normal.between(change.gaps);
-        let damping = if request.undamped { ContactDamping::default() } else { law.damping };
+        let damping = law.damping.only(request.damping);
         let rate = if request.step > 0.0 { 1.0 / request.step } else { 0.0 };
         let [start, end] = change.gaps;
         let closing = Closing { gap: end, start, speed: (start - end) * rate };

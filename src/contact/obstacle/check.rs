@@ -17,6 +17,7 @@ pub(super) fn check_radius(what: &str, radius: Length, most: f64, findings: &mut
     } else if radius.value > most {
         let message = format!("{what} must be at most {most}, found {}", radius.value);
         findings.say(radius.place, message);
+        findings.cure("choose a smaller radius, or a larger box");
     }
 }
 

@@ -63,16 +63,26 @@ impl PolylineObstacle {
         for (k, point) in self.points.iter().enumerate() {
             let next = self.points.get(k + 1).or_else(|| self.points.first().filter(|_| self.closed));
             if next.is_some_and(|next| numbers::<2, 0, 1, 0>(next) == numbers::<2, 0, 1, 0>(point)) {
-                findings.say(
-                    point.place,
-                    format!("points {} and the next one of a polyline are the same", k + 1),
-                );
+                let after = (k + 1) % count + 1;
+                findings.say(point.place, format!("points {} and {after} of a polyline are the same", k + 1));
                 findings.cure("remove one of them; with `closed: true` the last point is not repeated");
             }
         }
         if self.closed && area(&self.vertices::<2>()) == 0.0 {
             findings.say(self.points.place, "the closed polyline encloses no area");
             findings.cure("order the points along the outline, or remove `closed`");
+        } else if self.closed && findings.is_empty() {
+            if let Some((one, other)) = crossing(&self.vertices::<2>()) {
+                let message = format!(
+                    "the lines from points {} and {} of the closed polyline meet",
+                    one + 1,
+                    other + 1
+                );
+                findings.say(self.points[one].place, message);
+                findings.cure(
+                    "order the points along the outline, which must not touch itself, or remove `closed`",
+                );
+            }
         }
         if !self.closed && self.side == Side::Inside {
             findings.say(self.points.place, "an open polyline has no inside");
@@ -116,6 +126,27 @@ impl PolylineObstacle {
 fn area<const D: usize>(points: &[Vector<D>]) -> f64 {
     let next = points.iter().cycle().skip(1);
     points.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum()
+}
+
+/// Two lines of a closed chain in the x-y plane that meet although they are not neighbours.
+fn crossing<const D: usize>(points: &[Vector<D>]) -> Option<(usize, usize)> {
+    let count = points.len();
+    let ends = |line: usize| [points[line], points[(line + 1) % count]];
+    let side =
+        |[a, b]: [Vector<D>; 2], c: Vector<D>| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    let apart = |[a, b]: [Vector<D>; 2], [c, d]: [Vector<D>; 2]| {
+        (0..2).any(|i| a[i].max(b[i]) < c[i].min(d[i]) || c[i].max(d[i]) < a[i].min(b[i]))
+    };
+    let splits = |line: [Vector<D>; 2], [c, d]: [Vector<D>; 2]| side(line, c) * side(line, d) <= 0.0;
+    (0..count).find_map(|one| {
+        let own = ends(one);
+        let meets = |&other: &usize| {
+            let neighbours = other == one + 1 || (one == 0 && other + 1 == count);
+            let its = ends(other);
+            !neighbours && !apart(own, its) && splits(own, its) && splits(its, own)
+        };
+        (one + 1..count).find(meets).map(|other| (one, other))
+    })
 }
 
 /// All points at the radius from a chain of straight lines in the plane, or from the region within

@@ -90,6 +90,14 @@ impl SurfaceObstacle {
         findings.positive("the scale of a surface", self.scale);
         findings.not_negative("the radius of a surface", self.radius.value, self.radius.place);
         findings.positive("the crease angle of a surface", self.crease_angle);
+        if self.crease_angle.value > std::f64::consts::PI {
+            let message = format!(
+                "the crease angle of a surface must be at most pi, found {}",
+                self.crease_angle.value
+            );
+            findings.say(self.crease_angle.place, message);
+            findings.cure("the angle is in radians: 34 degrees are 0.6");
+        }
         self.position.iter().for_each(|place| findings.entries("the position of a surface", place, 3));
         match (&self.axis, self.angle) {
             (Some(axis), Some(_)) => {

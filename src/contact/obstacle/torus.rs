@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::{check_direction, check_place, check_radius};
+use super::check::{check_direction, check_place};
 use super::shape::{CENTRE, Outline, Proximity, Shape};
 use super::side::Side;
 use super::{numbers, tangents_of};
@@ -39,13 +39,12 @@ impl TorusObstacle {
         check_place("the centre of a torus", &self.center, dimension, findings);
         check_direction("the axis of a torus", &self.axis, dimension, findings);
         findings.positive("the radius of the ring", self.ring_radius);
-        let ring = self.ring_radius.value;
-        check_radius("the radius of the tube of a torus", self.tube_radius, ring, findings);
-        if self.tube_radius.value == ring {
-            findings.say(
-                self.tube_radius.place,
-                "the tube of a torus has the radius of the ring, and closes its hole in a point",
-            );
+        findings.positive("the radius of the tube", self.tube_radius);
+        let [ring, tube] = [self.ring_radius.value, self.tube_radius.value];
+        if tube >= ring && ring > 0.0 {
+            let message =
+                format!("the tube of a torus must be thinner than the ring of radius {ring}, found {tube}");
+            findings.say(self.tube_radius.place, message);
             findings.cure("make `tube_radius` smaller than `ring_radius`");
         }
     }

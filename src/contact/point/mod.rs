@@ -6,7 +6,7 @@ pub mod step;
 
 pub use state::{PointState, Status};
 
-use super::damping::{Closing, ContactDamping, DampedNormal};
+use super::damping::{ActiveDamping, Closing, ContactDamping, DampedNormal};
 use super::friction::traction::{Branch, FrictionTraction, Slip};
 use super::friction::{Bound, Friction, Pressed};
 use super::history::History;
@@ -84,8 +84,8 @@ pub struct Manner<const D: usize> {
     /// resting body. Later iterates use the slope at the computed gap; otherwise a point that
     /// should open would leave by ever smaller corrections.
     pub fresh: bool,
-    /// Damping is switched off.
-    pub undamped: bool,
+    /// Part of the damping that acts.
+    pub damping: ActiveDamping,
 }
 
 /// Derivatives of the tractions at a closed point, from which the stiffness is assembled.
@@ -163,7 +163,7 @@ pub fn tractions<const D: usize>(
         return (PointState { slip_velocity, slip_increment, damping_work, ..state }, None);
     }
     let met = if manner.fresh && shifted <= manner.touching { shifted.min(0.0) } else { shifted };
-    let damping = if manner.undamped { ContactDamping::default() } else { law.damping };
+    let damping = law.damping.only(manner.damping);
     let speed = -relation.normal.dot(&relation.velocity);
     let closing = Closing { gap: met, start: relation.history.gap - manner.offset, speed };
     let damped = damping.damped(law.normal.evaluate(met), &closing);

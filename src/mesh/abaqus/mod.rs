@@ -15,8 +15,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::Mesh;
-use super::file::unreadable;
-use super::source::{Labels, MeshFile, Places};
+use super::source::{Labels, MeshFile, Places, unreadable};
 use crate::error::{Error, Result};
 use crate::files;
 use lines::{Deck, whole};

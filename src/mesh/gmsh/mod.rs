@@ -14,8 +14,7 @@ mod sets;
 use std::io::Read;
 use std::path::Path;
 
-use super::file::unreadable;
-use super::source::{Labels, MeshFile, Places};
+use super::source::{Labels, MeshFile, Places, unreadable};
 use super::{Mesh, SurfaceMesh};
 use crate::error::{Error, Result};
 use crate::files;

@@ -70,7 +70,7 @@ pub(super) fn check(points: &[[f64; 3]], mut triangles: Vec<[u32; 3]>) -> Result
                 Some(&other) => *around = other,
                 None => {
                     return fault(format!(
-                        "the surface is open at the edge from {} to {}",
+                        "the surface is open at the edge from {} to {}, in the coordinates of the case",
                         show(from),
                         show(to)
                     ));
