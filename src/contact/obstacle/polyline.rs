@@ -71,18 +71,15 @@ impl PolylineObstacle {
         if self.closed && area(&self.vertices::<2>()) == 0.0 {
             findings.say(self.points.place, "the closed polyline encloses no area");
             findings.cure("order the points along the outline, or remove `closed`");
-        } else if self.closed && findings.is_empty() {
-            if let Some((one, other)) = crossing(&self.vertices::<2>()) {
-                let message = format!(
-                    "the lines from points {} and {} of the closed polyline meet",
-                    one + 1,
-                    other + 1
-                );
-                findings.say(self.points[one].place, message);
-                findings.cure(
-                    "order the points along the outline, which must not touch itself, or remove `closed`",
-                );
-            }
+        } else if self.closed
+            && findings.is_empty()
+            && let Some((one, other)) = crossing(&self.vertices::<2>())
+        {
+            let message =
+                format!("the lines from points {} and {} of the closed polyline meet", one + 1, other + 1);
+            findings.say(self.points[one].place, message);
+            findings
+                .cure("order the points along the outline, which must not touch itself, or remove `closed`");
         }
         if !self.closed && self.side == Side::Inside {
             findings.say(self.points.place, "an open polyline has no inside");
