@@ -43,6 +43,8 @@ pub struct Model<const D: usize> {
     pub ties: Vec<TieModel>,
     /// The displacement boundaries.
     pub supports: Vec<Support<D>>,
+    /// The supports along one direction.
+    pub rollers: Vec<Roller<D>>,
     /// The foundations, and the springs and dashpots at nodes.
     pub elastic_supports: Vec<ElasticSupport<D>>,
     /// The loads.
@@ -288,6 +290,19 @@ pub struct Support<const D: usize> {
     pub components: [Option<PlacedFunction>; D],
 }
 
+/// A support along one direction (3.31).
+#[derive(Debug, Clone)]
+pub struct Roller<const D: usize> {
+    /// Name in the case file.
+    pub name: String,
+    /// `body` or `body.set`, or the joined name of a list of these.
+    pub set: String,
+    /// Unit vector of the held direction; that of the surface normals if `None`.
+    pub direction: Option<[f64; D]>,
+    /// Displacement along it \[m\].
+    pub displacement: PlacedFunction,
+}
+
 /// Springs and dashpots between a surface, or nodes, and the ground (3.19).
 #[derive(Debug, Clone)]
 pub struct ElasticSupport<const D: usize> {
@@ -474,7 +489,8 @@ impl<const D: usize> Model<D> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let loads = self.loads.iter().flat_map(|load| load.kind.functions());
         let rigid = self.rigid.iter().flat_map(RigidModel::functions);
-        supports.chain(loads).chain(rigid).flat_map(|function| function.kinks()).collect()
+        let rollers = self.rollers.iter().map(|roller| &roller.displacement);
+        supports.chain(rollers).chain(loads).chain(rigid).flat_map(|function| function.kinks()).collect()
     }
 }
 

@@ -60,6 +60,11 @@ pub fn rotations<const D: usize>(arm: &Vector<D>) -> [Vector<D>; 3] {
     motions
 }
 
+/// A point in 2D or 3D with all three coordinates.
+pub fn in_space<const D: usize>(point: &[f64; D]) -> [f64; 3] {
+    std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -61,7 +61,5 @@ pub fn clear_uncounted<const D: usize>(system: &mut ContactSystem<D>, field: &mu
 
 /// Sets the entries of prescribed unknowns to zero.
 fn clear_prescribed<const D: usize>(system: &ContactSystem<D>, field: &mut Vector) {
-    let mut owned = field.owned_mut();
-    let held = system.bodies().constrained().iter();
-    owned.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);
+    system.bodies().held().clear(&mut field.owned_mut());
 }

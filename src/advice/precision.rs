@@ -96,11 +96,12 @@ pub enum Motions {
 pub fn farthest_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage, motions: Motions) -> f64 {
     let u = stage.trial.u.owned();
     let places = system.bodies().local().mesh.points.as_flattened();
-    let held = &system.bodies().supports().dofs.constrained;
-    let wanted = u.iter().zip(places).zip(held.iter());
+    let held = system.bodies().held();
+    let is_held = |dof: usize| held.axes()[dof] || held.inclination(dof / D).is_some();
+    let wanted = u.iter().zip(places).enumerate();
     let own = wanted
-        .filter(|(_, held)| motions == Motions::All || **held)
-        .map(|((u, x), _)| u.abs().max((x + u).abs()))
+        .filter(|(dof, _)| motions == Motions::All || is_held(*dof))
+        .map(|(_, (u, x))| u.abs().max((x + u).abs()))
         .fold(0.0, f64::max);
     let mut most = 0.0_f64;
     system.session().world().all_reduce_into(&own, &mut most, SystemOperation::max());

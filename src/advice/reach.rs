@@ -157,7 +157,7 @@ fn is_prescribed<const D: usize>(
         for &facet in facets_of(system.bodies().local(), set)? {
             system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
             let dofs = nodes.iter().flat_map(|&node| node as usize * D..(node as usize + 1) * D);
-            free += dofs.filter(|&dof| !system.bodies().supports().dofs.constrained[dof]).count() as u64;
+            free += dofs.filter(|&dof| !system.bodies().held().axes()[dof]).count() as u64;
         }
     }
     let mut all = 0;
@@ -229,7 +229,7 @@ fn speed_at_start<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -
     let of_element = |element: usize| {
         let functions = &model.bodies[usize::from(mesh.body[element])].initial_velocity;
         let at = |&node: &u32| {
-            let point = crate::assembly::in_space(&mesh.points[node as usize]);
+            let point = crate::tensor::in_space(&mesh.points[node as usize]);
             functions.iter().map(|function| function.value(point, 0.0).powi(2)).sum::<f64>().sqrt()
         };
         mesh.element_nodes(element).iter().map(at).fold(0.0, f64::max)

@@ -128,10 +128,8 @@ impl<const D: usize> ContactSystem<D> {
         {
             let mut mean = self.inertia.owned_mut();
             let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
-            let held = self.bodies.supports.dofs.constrained[..mean.len()].iter().enumerate();
-            for (dof, _) in held.filter(|(_, held)| **held) {
-                mean[dof] = stage.balance.start_force * start[dof] + end[dof];
-            }
+            let target = |dof: usize, _| stage.balance.start_force * start[dof] + end[dof];
+            self.bodies.held().replace_held(&mut mean, target);
         }
         mass.multiply(&self.inertia, &mut self.work)
     }
@@ -178,20 +176,19 @@ impl<const D: usize> ContactSystem<D> {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
             let ForceParts { internal, contact, external, springs } = &self.parts;
-            let constrained = self.bodies.constrained();
             let damping = self.damping.owned();
             for i in 0..out.len() {
                 let body = internal[i] + damping.get(i).copied().unwrap_or(0.0);
                 forces[i] = body + springs[i] - external[i] - contact[i];
-                let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
-                out[i] = if constrained[i] { 0.0 } else { total };
-                sums.residual += out[i] * out[i];
+                out[i] = inertia[i] + stage.balance.start_force * start[i] + forces[i];
                 sums.internal += body * body;
                 sums.contact += contact[i] * contact[i];
                 sums.external += external[i] * external[i];
                 sums.springs += springs[i] * springs[i];
                 sums.inertia += inertia[i] * inertia[i];
             }
+            self.bodies.held().clear(&mut out);
+            sums.residual = out.iter().map(|residual| residual * residual).sum();
         }
         if self.fault.is_some() {
             sums.residual = f64::NAN;

@@ -28,7 +28,7 @@ use crate::mesh::spelled;
 use crate::model::{Body, Model};
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, Session, Vector};
-use crate::space::Prescribed;
+use crate::space::{Held, Prescribed};
 
 /// Name and kinematics of a body.
 pub(super) struct NamedBody {
@@ -148,15 +148,15 @@ impl<const D: usize> Bodies<D> {
         inertia: bool,
     ) -> Result<Self> {
         let world = session.world();
-        let mut supports = agree(world, supports(&local, model))?;
+        let mut supports = supports(world, &local, model)?;
         let free_rigid = FreeBodies::new(session, &local, model, extent.size);
-        free_rigid.mark_held(&mut supports.dofs.constrained);
+        free_rigid.mark_held(supports.dofs.held.axes_mut());
         let pattern = Rc::new(pattern_of_elements(&local));
-        let constrained = &supports.dofs.constrained;
-        let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
-        let elastic = ElasticSupports::new(&model.elastic_supports, &local, &pattern, constrained, inertia);
+        let held = &supports.dofs.held;
+        let solids = agree(world, solids(&local, &physics(model), &pattern, held))?;
+        let elastic = ElasticSupports::new(&model.elastic_supports, &local, &pattern, held, inertia);
         let elastic = agree(world, elastic)?;
-        let ties = Ties::new(&local, &model.ties, &pattern, constrained);
+        let ties = Ties::new(&local, &model.ties, &pattern, held);
         let redistribution =
             if inertia { Redistribution::new(session, &local, model, &solids)? } else { None };
         let pieces = Pieces::new(world, &local, model);
@@ -195,7 +195,7 @@ impl<const D: usize> Bodies<D> {
     /// Assembles the matrices of mass and damping with this pattern, to which the solids have been
     /// relocated. Collective.
     pub(super) fn set_pattern(&mut self, pattern: &Rc<BlockPattern>) -> Result<()> {
-        let supported = Supported { constrained: &self.supports.dofs.constrained, index: &self.local.index };
+        let supported = Supported { held: &self.supports.dofs.held, index: &self.local.index };
         let redistribution = self.redistribution.as_ref();
         let masses = Masses { solids: &self.solids, nodes: &self.free.masses() };
         if self.inertia {
@@ -248,9 +248,9 @@ impl<const D: usize> Bodies<D> {
         &self.ties
     }
 
-    /// Whether each local unknown is prescribed.
-    pub fn constrained(&self) -> &[bool] {
-        &self.supports.dofs.constrained
+    /// The held directions of each local node.
+    pub fn held(&self) -> &Held<D> {
+        &self.supports.dofs.held
     }
 
     /// How supports hold the bodies.
@@ -260,8 +260,7 @@ impl<const D: usize> Bodies<D> {
 
     /// Number of prescribed unknowns on all ranks. Collective.
     pub fn prescribed(&self) -> usize {
-        let rows = self.local.index.owned * D;
-        let own = self.constrained()[..rows].iter().filter(|held| **held).count() as u64;
+        let own = self.held().count(self.local.index.owned) as u64;
         let mut total = 0u64;
         self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
         total as usize
@@ -461,10 +460,12 @@ impl<const D: usize> Bodies<D> {
         {
             let (start, end) = (stage.start.u.owned(), stage.trial.u.owned());
             let (mut v, mut a) = (stage.trial.v.owned_mut(), stage.trial.a.owned_mut());
-            let dofs = mass.massless().iter().flat_map(|&node| node as usize * D..node as usize * D + D);
-            for dof in dofs.filter(|&dof| !self.constrained()[dof]) {
-                v[dof] = (end[dof] - start[dof]) / stage.dt;
-                a[dof] = 0.0;
+            for &node in mass.massless() {
+                let node = node as usize;
+                let first = node * D;
+                let mean = std::array::from_fn(|i| (end[first + i] - start[first + i]) / stage.dt);
+                self.held().replace_free(node, &mut v[first..first + D], &mean);
+                self.held().replace_free(node, &mut a[first..first + D], &[0.0; D]);
             }
         }
         stage.trial.v.update_ghosts()?;

@@ -8,6 +8,7 @@ use super::elastic::ElasticSupports;
 use super::external::{self, External};
 use super::pair::SearchRadii;
 use super::pieces::Pieces;
+use super::rollers::Rollers;
 use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
 use crate::element::Kinematics;
@@ -16,7 +17,7 @@ use crate::mesh::{Bounds, Facet};
 use crate::model::{self, MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
-use crate::space::{Boundary, DofMap};
+use crate::space::{Boundary, DofMap, Held};
 use crate::tensor::Vector;
 
 /// A body, or a piece of one, that no support holds in some direction.
@@ -44,11 +45,15 @@ pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
     model.bodies.iter().map(body).collect()
 }
 
-/// Creates the displacement boundaries.
+/// Creates the displacement boundaries and rollers. Collective.
 ///
 /// # Errors
-/// If a set does not exist, or two boundaries contradict each other.
-pub(super) fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Result<Supports<D>> {
+/// If a set does not exist, or two boundaries contradict each other; the same on all ranks.
+pub(super) fn supports<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+) -> Result<Supports<D>> {
     let boundary = |support: &crate::model::Support<D>| Boundary {
         name: support.name.clone(),
         set: support.set.clone(),
@@ -57,7 +62,9 @@ pub(super) fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -
     let boundaries: Vec<Boundary<D>> = model.supports.iter().map(boundary).collect();
     let motion = |k: usize, component: usize| &model.supports[k].components[component];
     let same = |[a, b]: [usize; 2], component| motion(a, component) == motion(b, component);
-    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries, same)?, &model.supports))
+    let mut dofs = agree(world, DofMap::new(&local.mesh, &boundaries, same))?;
+    let rollers = Rollers::new(world, local, &model.rollers, &mut dofs.held)?;
+    Ok(Supports::new(dofs, rollers, &model.supports))
 }
 
 /// Creates the contacts. Collective.
@@ -247,13 +254,13 @@ pub(super) fn loads<const D: usize>(
     local: &LocalMesh<D>,
     model: &Model<D>,
     pattern: &BlockPattern,
-    constrained: &[bool],
+    held: &Held<D>,
 ) -> Result<External<D>> {
     let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
     External::new(
         world,
         &model.loads,
-        &external::LoadContext { local, pattern, constrained, kinematics: &kinematics },
+        &external::LoadContext { local, pattern, held, kinematics: &kinematics },
     )
 }
 

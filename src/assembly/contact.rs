@@ -279,7 +279,12 @@ impl<const D: usize> LocalContact<D> {
     }
 
     /// Adds the requested terms of the matrix.
-    pub fn add_stiffness(&mut self, fields: &ContactFields, request: &ContactRequest, opening: &mut Opening) {
+    pub fn add_stiffness(
+        &mut self,
+        fields: &ContactFields,
+        request: &ContactRequest,
+        opening: &mut Opening<D>,
+    ) {
         self.pair.add_stiffness(fields, request, &mut self.state, opening);
     }
 

@@ -4,7 +4,7 @@
 use std::rc::Rc;
 
 use super::forces::SolidFields;
-use super::mass::{Supported, masked, masses_of};
+use super::mass::{RestrictedSlot, Supported, masses_of, restricted};
 use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
 use super::solid::SolidElements;
@@ -12,13 +12,14 @@ use super::viscous::ViscousState;
 use crate::element::{ElementSink, Request};
 use crate::error::{Error, Result, agree};
 use crate::petsc::{BlockPattern, BlockValues, Format, Matrix, NO_SLOT, Operator, Session, Vector};
+use crate::space::Held;
 use crate::terms::Terms;
 
 /// The damping matrix `C` [N s/m].
 pub(super) struct DampingMatrix {
     matrix: Matrix,
-    /// Slots that touch prescribed unknowns, with the components of row and column, by slot.
-    masked: Vec<(u32, u8, u8)>,
+    /// Slots that supports restrict, by slot.
+    restricted: Vec<RestrictedSlot>,
 }
 
 impl DampingMatrix {
@@ -31,11 +32,11 @@ impl DampingMatrix {
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
         solids: &[SolidElements<D>],
-        supported: &Supported,
+        supported: &Supported<D>,
         redistribution: Option<&Redistribution>,
     ) -> Result<Self> {
         let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
-        let at_rest = vec![0.0; supported.constrained.len()];
+        let at_rest = vec![0.0; supported.held.len()];
         let undeformed = SolidFields { u: &at_rest, start: None, viscous: ViscousState::Relaxed };
         let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
         let filled = matrix.fill(|values| {
@@ -59,30 +60,30 @@ impl DampingMatrix {
             Ok(())
         })?;
         agree(session.world(), filled)?;
-        let masked = masked::<D>(pattern, supported);
-        Ok(Self { matrix, masked })
+        let restricted = restricted(pattern, supported);
+        Ok(Self { matrix, restricted })
     }
 
-    /// Adds `factor C` to a matrix of the same pattern, without the rows and columns of prescribed
-    /// unknowns.
+    /// Adds `factor C`, restricted to the free directions of the nodes, to a matrix of the same
+    /// pattern.
     ///
     /// # Errors
     /// If a PETSc call fails.
-    pub fn add_to<const D: usize>(&self, factor: f64, values: &mut BlockValues) -> Result<()> {
-        let mut masks = self.masked.iter().peekable();
+    pub fn add_to<const D: usize>(
+        &self,
+        factor: f64,
+        held: &Held<D>,
+        values: &mut BlockValues,
+    ) -> Result<()> {
+        let mut places = self.restricted.iter().peekable();
         self.matrix.read(|own| {
             let mut block = [0.0; 9];
             let block = &mut block[..D * D];
             for slot in 0..self.matrix.pattern().slots() as u32 {
                 own.block(slot, block);
                 block.iter_mut().for_each(|entry| *entry *= factor);
-                if let Some(&(_, rows, columns)) = masks.next_if(|mask| mask.0 == slot) {
-                    let held = |ij: usize| rows >> (ij / D) & 1 != 0 || columns >> (ij % D) & 1 != 0;
-                    block
-                        .iter_mut()
-                        .enumerate()
-                        .filter(|(ij, _)| held(*ij))
-                        .for_each(|(_, entry)| *entry = 0.0);
+                if let Some(place) = places.next_if(|place| place.slot == slot) {
+                    held.restrict(place.row as usize, place.column as usize, block);
                 }
                 values.add(slot, block);
             }

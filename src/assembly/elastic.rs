@@ -9,6 +9,7 @@ use crate::mesh::Facet;
 use crate::model::{Coefficients, ElasticSupport, Grounded};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues};
+use crate::space::Held;
 use crate::tensor::Vector;
 use crate::terms::Terms;
 
@@ -84,7 +85,7 @@ impl<const D: usize> ElasticSupports<D> {
         given: &[ElasticSupport<D>],
         local: &LocalMesh<D>,
         pattern: &BlockPattern,
-        constrained: &[bool],
+        held: &Held<D>,
         inertia: bool,
     ) -> Result<Self> {
         let supports = given.iter().map(|support| {
@@ -92,8 +93,8 @@ impl<const D: usize> ElasticSupports<D> {
             let damping = if inertia { &support.damping } else { &none };
             let coefficients = [&support.stiffness, damping];
             let patches = match support.on {
-                Grounded::Surface => facets(local, support, coefficients, pattern, constrained)?,
-                Grounded::Nodes => vec![nodes(local, support, coefficients, pattern, constrained)?],
+                Grounded::Surface => facets(local, support, coefficients, pattern, held)?,
+                Grounded::Nodes => vec![nodes(local, support, coefficients, pattern, held)?],
             };
             Ok(LocalElastic::new::<D>(support.name.clone(), patches, &local.index))
         });
@@ -150,14 +151,14 @@ impl<const D: usize> ElasticSupports<D> {
         &self,
         terms: Terms,
         shift: f64,
-        constrained: &[bool],
+        held: &Held<D>,
         values: &mut BlockValues,
         mut lift: Option<LiftTarget>,
     ) {
         let mut sum = Vec::new();
         for patch in self.supports.iter().flat_map(|support| &support.patches) {
             let lift = lift.as_mut().map(LiftTarget::reborrow);
-            let mut sink = MatrixSink::<D>::new(&patch.map, constrained, values, lift);
+            let mut sink = MatrixSink::<D>::new(&patch.map, held, values, lift);
             for piece in 0..patch.len() {
                 sum.clear();
                 sum.resize(patch.map.width.pow(2) * D * D, 0.0);
@@ -290,7 +291,7 @@ fn facets<const D: usize>(
     support: &ElasticSupport<D>,
     [stiffness, damping]: [&Coefficients<D>; 2],
     pattern: &BlockPattern,
-    constrained: &[bool],
+    held: &Held<D>,
 ) -> Result<Vec<Patch>> {
     let mesh = &local.mesh;
     let facets = facets_of(local, &support.set)?;
@@ -302,7 +303,7 @@ fn facets<const D: usize>(
         let facets: Vec<Facet> = facets.iter().filter(|facet| width(facet) == wanted).copied().collect();
         let surface = LoadedSurface::new(mesh, &facets);
         let nodes = (0..surface.len()).flat_map(|index| surface.nodes(index)).copied().collect();
-        let map = ScatterMap::new::<D>(wanted, nodes, pattern, &local.index, constrained);
+        let map = ScatterMap::new::<D>(wanted, nodes, pattern, &local.index, held);
         let [mut of_springs, mut of_dashpots, mut felt] = [const { Vec::new() }; 3];
         for index in 0..surface.len() {
             let area = surface.area(index);
@@ -339,7 +340,7 @@ fn nodes<const D: usize>(
     support: &ElasticSupport<D>,
     [stiffness, damping]: [&Coefficients<D>; 2],
     pattern: &BlockPattern,
-    constrained: &[bool],
+    held: &Held<D>,
 ) -> Result<Patch> {
     let Some(nodes) = local.mesh.set_nodes(&support.set) else {
         let message = format!("boundary '{}': there is no set '{}'", support.name, support.set);
@@ -360,7 +361,7 @@ fn nodes<const D: usize>(
     }
     let counted = vec![true; nodes.len()];
     Ok(Patch {
-        map: ScatterMap::new::<D>(1, nodes, pattern, &local.index, constrained),
+        map: ScatterMap::new::<D>(1, nodes, pattern, &local.index, held),
         rows: Vec::new(),
         stiffness: of_springs,
         damping: of_dashpots,

@@ -214,9 +214,7 @@ impl<const D: usize> FloatingBodies for ContactSystem<D> {
             Some(mass) => mass.multiply(motion, out)?,
             None => out.copy_from(motion)?,
         }
-        let mut values = out.owned_mut();
-        let held = self.bodies.supports.dofs.constrained.iter();
-        values.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);
+        self.bodies.held().clear(&mut out.owned_mut());
         Ok(())
     }
 
@@ -268,10 +266,9 @@ impl<const D: usize> ContactSystem<D> {
         let Stage { start, trial, dt, .. } = stage;
         let (mut u, mut v, mut a) = (trial.u.local_mut(), trial.v.local_mut(), trial.a.local_mut());
         let (u_start, v_start) = (start.u.local(), start.v.local());
-        for (dof, _) in self.bodies.supports.dofs.constrained.iter().enumerate().filter(|(_, held)| **held) {
-            a[dof] = (v[dof] - v_start[dof]) / *dt;
-            v[dof] = (u[dof] - u_start[dof]) / *dt;
-            u[dof] = 0.5 * (u[dof] + u_start[dof]);
-        }
+        let held = self.bodies.held();
+        held.replace_held(&mut a, |dof, _| (v[dof] - v_start[dof]) / *dt);
+        held.replace_held(&mut v, |dof, _| (u[dof] - u_start[dof]) / *dt);
+        held.replace_held(&mut u, |dof, end| 0.5 * (end + u_start[dof]));
     }
 }

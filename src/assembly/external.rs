@@ -8,7 +8,6 @@ use nalgebra::{Matrix3, Vector3};
 use super::contact::facets_of;
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use super::solid::SolidElements;
-use super::supports::in_space;
 use crate::case::{Motion, PlacedFunction};
 use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
 use crate::error::{Error, Result, agree};
@@ -16,6 +15,8 @@ use crate::mesh::{Facet, Mesh};
 use crate::model::{Load, LoadKind};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues, sum_over_ranks};
+use crate::space::Held;
+use crate::tensor::in_space;
 
 /// Facets with equal numbers of nodes under one load.
 struct Patch<const D: usize> {
@@ -115,7 +116,7 @@ pub struct LoadContext<'a, const D: usize> {
     /// Pattern of the matrix.
     pub pattern: &'a BlockPattern,
     /// Prescribed unknowns.
-    pub constrained: &'a [bool],
+    pub held: &'a Held<D>,
     /// Kinematics of each body.
     pub kinematics: &'a [Kinematics],
 }
@@ -182,14 +183,14 @@ impl<const D: usize> External<D> {
     pub fn add_stiffness(
         &self,
         at: &Moment,
-        constrained: &[bool],
+        held: &Held<D>,
         values: &mut BlockValues,
         mut lift: Option<LiftTarget>,
     ) {
         let following = self.loads.iter().filter(|load| load.follows);
         for (load, patch) in following.flat_map(|load| load.patches.iter().map(move |patch| (load, patch))) {
             let lift = lift.as_mut().map(LiftTarget::reborrow);
-            let mut sink = MatrixSink::<D>::new(&patch.map, constrained, values, lift);
+            let mut sink = MatrixSink::<D>::new(&patch.map, held, values, lift);
             load.pressure(patch, at, &self.trouble, &mut sink);
         }
     }
@@ -365,7 +366,7 @@ fn patches<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], place: &LoadContext
         let of_width: Vec<Facet> = facets.iter().filter(|facet| width(facet) == wanted).copied().collect();
         let surface = LoadedSurface::new(mesh, &of_width);
         let nodes = (0..surface.len()).flat_map(|index| surface.nodes(index)).copied().collect();
-        let map = ScatterMap::new::<D>(wanted, nodes, place.pattern, &place.local.index, place.constrained);
+        let map = ScatterMap::new::<D>(wanted, nodes, place.pattern, &place.local.index, place.held);
         Patch { surface, map }
     };
     widths.iter().map(patch).collect()

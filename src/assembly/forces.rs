@@ -6,6 +6,7 @@ use super::viscous::ViscousState;
 use crate::dynamics::{OverStep, Stage};
 use crate::element::{ElementSink, Inverted, Request};
 use crate::petsc::BlockValues;
+use crate::space::Held;
 use crate::terms::Terms;
 
 /// Displacements at which solids are evaluated, local nodes \[m\].
@@ -67,12 +68,12 @@ impl<const D: usize> SolidElements<D> {
         &self,
         at: &SolidFields,
         terms: Terms,
-        constrained: &[bool],
+        held: &Held<D>,
         values: &mut BlockValues,
         lift: Option<LiftTarget>,
     ) -> std::result::Result<(), Inverted> {
         let scratch = Vec::with_capacity((self.map.width * D).pow(2));
-        let mut sink = MatrixSink::<D> { map: &self.map, constrained, values, lift, scratch };
+        let mut sink = MatrixSink::<D> { map: &self.map, held, values, lift, scratch };
         self.evaluate(at, Request { stiffness: Some(terms) }, &mut sink)
     }
 }

@@ -211,11 +211,11 @@ impl<const D: usize> FreeBodies<D> {
     }
 
     /// Marks the prescribed unknowns of this rank.
-    pub fn mark_held(&self, constrained: &mut [bool]) {
+    pub fn mark_held(&self, held: &mut [bool]) {
         for (body, nodes) in self.own() {
             for (k, node) in nodes.iter().enumerate() {
                 for i in 0..D {
-                    constrained[*node as usize * D + i] = body.is_held(k, i);
+                    held[*node as usize * D + i] = body.is_held(k, i);
                 }
             }
         }

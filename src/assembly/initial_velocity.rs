@@ -1,11 +1,11 @@
 //! Initial velocities of the bodies.
 
-use super::supports::in_space;
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
 use crate::error::{Result, agree};
 use crate::mesh::Mesh;
 use crate::model::Model;
+use crate::tensor::in_space;
 
 /// Sets the initial velocity of the bodies. Prescribed components follow their supports. Collective.
 ///

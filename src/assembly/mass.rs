@@ -10,13 +10,14 @@ use super::solid::{MassKind, SolidElements};
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::petsc::{BlockPattern, BlockValues, Kronecker, Matrix, Operator, Session, Vector};
+use crate::space::Held;
 
 /// The mass matrix `M` of (3.5).
 pub struct MassMatrix {
     /// Mass `m_ab` of each slot [kg, per metre of depth in 2D].
     values: Vec<f64>,
-    /// Slots of prescribed unknowns, with the components of row and column.
-    masked: Vec<(u32, u8, u8)>,
+    /// Slots that supports restrict.
+    restricted: Vec<RestrictedSlot>,
     /// Owned nodes without mass. `anywhere` is true if any rank has one.
     massless: Vec<u32>,
     anywhere: bool,
@@ -33,7 +34,7 @@ impl MassMatrix {
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
         masses: &Masses<D>,
-        supported: &Supported,
+        supported: &Supported<D>,
         redistribution: Option<&Redistribution>,
     ) -> Result<Self> {
         let mut values = vec![0.0; pattern.slots()];
@@ -61,16 +62,26 @@ impl MassMatrix {
             entries.add_blocks(&slots, &values);
         })?;
         let operator = nodes.kronecker_identity(D)?;
-        let masked = masked::<D>(pattern, supported);
-        Ok(Self { values, masked, massless, anywhere, operator, _nodes: nodes })
+        let restricted = restricted(pattern, supported);
+        Ok(Self { values, restricted, massless, anywhere, operator, _nodes: nodes })
     }
 
-    /// Writes `factor M` into a matrix of the same pattern, without the rows and columns of
-    /// prescribed unknowns.
-    pub fn write_to(&self, factor: f64, values: &mut BlockValues) {
+    /// Writes `factor M`, restricted to the free directions of the nodes, into a matrix of the same
+    /// pattern.
+    pub fn write_to<const D: usize>(&self, factor: f64, held: &Held<D>, values: &mut BlockValues) {
         values.set_isotropic(factor, &self.values);
-        for &(slot, rows, columns) in &self.masked {
-            values.mask(slot, rows, columns);
+        let whole = u8::MAX;
+        let mut block = [0.0; 9];
+        let block = &mut block[..D * D];
+        for place in &self.restricted {
+            let mass = factor * self.values[place.slot as usize];
+            block
+                .iter_mut()
+                .enumerate()
+                .for_each(|(ij, entry)| *entry = if ij % (D + 1) == 0 { mass } else { 0.0 });
+            held.restrict(place.row as usize, place.column as usize, block);
+            values.mask(place.slot, whole, whole);
+            values.add(place.slot, block);
         }
     }
 
@@ -101,31 +112,41 @@ pub struct Masses<'a, const D: usize> {
     pub nodes: &'a [(u32, f64)],
 }
 
-/// The prescribed unknowns and the numbering of the nodes.
-pub struct Supported<'a> {
-    /// Prescribed local unknowns.
-    pub constrained: &'a [bool],
+/// The held directions and the numbering of the nodes.
+pub struct Supported<'a, const D: usize> {
+    /// Held directions of the local nodes.
+    pub held: &'a Held<D>,
     /// Numbers of the nodes.
     pub index: &'a IndexMap,
 }
 
-/// Slots that touch prescribed unknowns, with the components of their rows and columns.
-pub(super) fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<(u32, u8, u8)> {
-    let components = |node: usize| {
-        (0..D).filter(|i| supported.constrained[node * D + i]).fold(0u8, |bits, i| bits | 1 << i)
-    };
-    let mut masked = Vec::new();
+/// A slot whose row or column belongs to a held node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RestrictedSlot {
+    pub slot: u32,
+    /// Local node of the row.
+    pub row: u32,
+    /// Local node of the column.
+    pub column: u32,
+}
+
+/// Slots of rows and columns of held nodes, by slot.
+pub(super) fn restricted<const D: usize>(
+    pattern: &BlockPattern,
+    supported: &Supported<D>,
+) -> Vec<RestrictedSlot> {
+    let mut found = Vec::new();
     for row in 0..pattern.rows() {
-        let rows = components(row);
+        let is_held = supported.held.holds(row);
         for slot in pattern.row(row) {
-            let column =
-                supported.index.local(pattern.columns[slot]).map_or(0, |node| components(node as usize));
-            if rows != 0 || column != 0 {
-                masked.push((slot as u32, rows, column));
+            // Nodes that are not local couple through contact only.
+            let Some(column) = supported.index.local(pattern.columns[slot]) else { continue };
+            if is_held || supported.held.holds(column as usize) {
+                found.push(RestrictedSlot { slot: slot as u32, row: row as u32, column });
             }
         }
     }
-    masked
+    found
 }
 
 /// Passes the mass of each element of a group to `receive(index, m)` with `m[a * n + b]` \[kg\], as it is

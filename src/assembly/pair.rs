@@ -347,11 +347,11 @@ impl<const D: usize> ContactPair<D> {
         fields: &ContactFields,
         request: &ContactRequest,
         state: &mut ContactState<D>,
-        opening: &mut Opening,
+        opening: &mut Opening<D>,
     ) {
         let mut sink = VertexStiffness::<D> {
             couplings: &self.couplings,
-            constrained: opening.constrained,
+            held: opening.held,
             values: &mut *opening.values,
             remote: &mut *opening.remote,
             lift: opening.lift.as_mut().map(PairLift::reborrow),

@@ -5,6 +5,7 @@
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::elastic::ElasticSupports;
 use super::supports::Supports;
@@ -120,20 +121,39 @@ impl<const D: usize> Pieces<D> {
         elastic: &ElasticSupports<D>,
     ) -> Vec<[bool; D]> {
         let resisted = elastic.resisted(mesh.points.len() * D);
-        let mut own = vec![0u8; self.groups.len() * D];
+        let mut own = vec![0.0; self.groups.len() * D * D];
         for element in 0..mesh.element_count() {
             let group = self.all[mesh.piece[element] as usize].group;
             for &node in mesh.element_nodes(element) {
-                for i in 0..D {
-                    let dof = node as usize * D + i;
-                    own[group * D + i] |= u8::from(supports.dofs.constrained[dof] || resisted[dof]);
+                let free = supports.dofs.held.projection(node as usize);
+                let sums = &mut own[group * D * D..][..D * D];
+                for (ij, sum) in sums.iter_mut().enumerate() {
+                    let (i, j) = (ij / D, ij % D);
+                    let unit = f64::from(u8::from(i == j));
+                    *sum += unit - free[i][j];
+                    if resisted[node as usize * D + i] {
+                        *sum += unit;
+                    }
                 }
             }
         }
-        let mut held = vec![0u8; own.len()];
-        world.all_reduce_into(&own[..], &mut held[..], SystemOperation::max());
-        held.chunks_exact(D).map(|held| std::array::from_fn(|i| held[i] > 0)).collect()
+        let mut held = vec![0.0; own.len()];
+        world.all_reduce_into(&own[..], &mut held[..], SystemOperation::sum());
+        held.chunks_exact(D * D).map(axes_in_range).collect()
     }
+}
+
+/// Sums of projections, and parts of an axis outside of the held directions, below which they are
+/// rounding. A direction that one node holds adds one to its sum.
+const OUTSIDE: f64 = 1e-6;
+
+/// For each axis, whether it is a combination of directions that a sum of projections, row-major,
+/// holds.
+fn axes_in_range<const D: usize>(held: &[f64]) -> [bool; D] {
+    let eigen = SymmetricEigen::new(DMatrix::from_row_slice(D, D, held));
+    let free = (0..D).filter(|&k| eigen.eigenvalues[k] <= OUTSIDE);
+    let free: Vec<_> = free.map(|k| eigen.eigenvectors.column(k)).collect();
+    std::array::from_fn(|i| free.iter().all(|direction| direction[i].abs() < OUTSIDE))
 }
 
 /// Owned nodes at elements of several pieces, with these pieces. All elements at an owned node are

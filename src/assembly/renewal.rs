@@ -154,7 +154,7 @@ impl<const D: usize> ContactSystem<D> {
         Interface::new(
             self.bodies.session.world(),
             index,
-            &self.bodies.supports.dofs.constrained,
+            self.bodies.held(),
             globals,
             self.phases.exchange.clone(),
         )

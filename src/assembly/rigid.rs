@@ -78,12 +78,7 @@ impl<const D: usize> Bodies<D> {
                             (0..D).for_each(|i| values[node * D + i] += factor * moved[i]);
                         }
                     }
-                    let held = self.constrained().iter();
-                    values
-                        .iter_mut()
-                        .zip(held)
-                        .filter(|(_, held)| **held)
-                        .for_each(|(value, _)| *value = 0.0);
+                    self.held().clear(&mut values);
                 }
                 let part = |(member, &piece): (usize, &usize)| {
                     let factors = &column.as_slice()[member * count..][..count];
@@ -162,7 +157,7 @@ impl<const D: usize> Bodies<D> {
     /// that pieces share. Collective.
     fn combinations(&self, u: &[f64], places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let count = motions(D);
-        let held = self.constrained();
+        let held = self.held();
         // Rotations are scaled by the extent, so that all motions have similar size.
         let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.extent.size };
         let widths: Vec<usize> = self.pieces.groups.iter().map(|pieces| pieces.len() * count).collect();
@@ -204,9 +199,15 @@ impl<const D: usize> Bodies<D> {
                 add(group, 0, &terms);
                 if places[node].piece == Some(piece) {
                     add(group, 1, &terms);
-                    if held[node * D + i] {
+                    if held.axes()[node * D + i] {
                         add(group, 2, &terms);
                     }
+                }
+            }
+            if let Some(free) = held.inclination(node).filter(|_| places[node].piece == Some(piece)) {
+                for (i, free) in free.iter().enumerate() {
+                    let part = |k: usize| moved[k][i] - (0..D).map(|j| free[j] * moved[k][j]).sum::<f64>();
+                    add(group, 2, &(0..count).map(|k| (begin + k, part(k))).collect::<Vec<_>>());
                 }
             }
         }

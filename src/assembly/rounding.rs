@@ -16,7 +16,7 @@ impl<const D: usize> ContactSystem<D> {
         let mut diagonal = self.pattern_vector().like()?;
         self.matrix.diagonal(&mut diagonal)?;
         let (stiffness, u) = (diagonal.owned(), stage.trial.u.owned());
-        let free = self.bodies.supports.dofs.constrained.iter().map(|held| !held);
+        let free = self.bodies.held().axes().iter().map(|held| !held);
         let own = stiffness.iter().zip(u.iter()).zip(free).filter(|(_, free)| *free);
         let bodies: f64 = own.map(|((stiffness, u), _)| (stiffness * u).powi(2)).sum();
         let contacts: f64 = self.contacts.iter().map(|contact| contact.squared_stiffness()).sum();

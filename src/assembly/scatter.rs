@@ -4,6 +4,7 @@
 use crate::element::ElementSink;
 use crate::partition::IndexMap;
 use crate::petsc::{BlockPattern, BlockValues, NO_SLOT};
+use crate::space::Held;
 
 /// Scatter map of pieces (elements or facets) with the same number of nodes.
 pub struct ScatterMap {
@@ -13,8 +14,8 @@ pub struct ScatterMap {
     nodes: Vec<u32>,
     /// Slots of all node pairs, piece by piece, row-major; [`NO_SLOT`] in rows of other ranks.
     slots: Vec<u32>,
-    /// Whether a piece has a prescribed unknown.
-    constrained: Vec<bool>,
+    /// Whether a piece has a held node.
+    supported: Vec<bool>,
 }
 
 impl ScatterMap {
@@ -24,11 +25,11 @@ impl ScatterMap {
         nodes: Vec<u32>,
         pattern: &BlockPattern,
         index: &IndexMap,
-        constrained: &[bool],
+        held: &Held<D>,
     ) -> Self {
-        let touches = |piece: &[u32]| piece.iter().any(|&n| (0..D).any(|i| constrained[n as usize * D + i]));
-        let constrained = nodes.chunks(width.max(1)).map(touches).collect();
-        let mut map = Self { width, nodes, slots: Vec::new(), constrained };
+        let touches = |piece: &[u32]| piece.iter().any(|&node| held.holds(node as usize));
+        let supported = nodes.chunks(width.max(1)).map(touches).collect();
+        let mut map = Self { width, nodes, slots: Vec::new(), supported };
         map.relocate(pattern, index);
         map
     }
@@ -100,8 +101,8 @@ impl<const D: usize> ElementSink for ForceSink<'_, D> {
 pub struct MatrixSink<'a, 'm, const D: usize> {
     /// Map of the current group.
     pub map: &'a ScatterMap,
-    /// Prescribed local unknowns.
-    pub constrained: &'a [bool],
+    /// Held directions of the local nodes.
+    pub held: &'a Held<D>,
     /// Matrix values.
     pub values: &'a mut BlockValues<'m>,
     /// Right side for prescribed changes.
@@ -114,7 +115,7 @@ impl<const D: usize> ElementSink for MatrixSink<'_, '_, D> {
     #[inline]
     fn element(&mut self, index: usize, _: &[f64], stiffness: Option<&[f64]>) {
         let Some(stiffness) = stiffness else { return };
-        if self.map.constrained[index] {
+        if self.map.supported[index] {
             self.lift_columns(index, stiffness);
             self.scratch.clear();
             self.scratch.extend_from_slice(stiffness);
@@ -130,26 +131,19 @@ impl<'a, 'm, const D: usize> MatrixSink<'a, 'm, D> {
     /// A sink for pieces of this map.
     pub fn new(
         map: &'a ScatterMap,
-        constrained: &'a [bool],
+        held: &'a Held<D>,
         values: &'a mut BlockValues<'m>,
         lift: Option<LiftTarget<'a>>,
     ) -> Self {
-        Self { map, constrained, values, lift, scratch: Vec::new() }
+        Self { map, held, values, lift, scratch: Vec::new() }
     }
 
-    /// Zeroes rows and columns of prescribed unknowns in the copy.
+    /// Restricts the copy to the free directions of its nodes.
     fn clear_prescribed(&mut self, index: usize) {
         let nodes = self.map.nodes(index);
         let width = self.map.width;
-        let fixed = |a: usize, i: usize| self.constrained[nodes[a] as usize * D + i];
         for (pair, block) in self.scratch.chunks_exact_mut(D * D).enumerate() {
-            let a = pair / width;
-            let b = pair % width;
-            for (ij, entry) in block.iter_mut().enumerate() {
-                if fixed(a, ij / D) || fixed(b, ij % D) {
-                    *entry = 0.0;
-                }
-            }
+            self.held.restrict(nodes[pair / width] as usize, nodes[pair % width] as usize, block);
         }
     }
 
@@ -164,9 +158,10 @@ impl<'a, 'm, const D: usize> MatrixSink<'a, 'm, D> {
                 continue;
             }
             let change = &lift.change[nodes[pair % width] as usize * D..][..D];
-            for i in (0..D).filter(|i| !self.constrained[row + i]) {
-                lift.rhs[row + i] -= (0..D).map(|j| block[i * D + j] * change[j]).sum::<f64>();
-            }
+            let mut part: [f64; D] =
+                std::array::from_fn(|i| (0..D).map(|j| block[i * D + j] * change[j]).sum());
+            self.held.clear_node(row / D, &mut part);
+            lift.rhs[row..row + D].iter_mut().zip(part).for_each(|(rhs, part)| *rhs -= part);
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::mesh::ElementKind;
 use crate::model::RayleighFactors;
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
+use crate::space::Held;
 
 /// Distribution of the mass over the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +64,7 @@ pub fn solids<const D: usize>(
     local: &LocalMesh<D>,
     bodies: &[BodyPhysics],
     pattern: &BlockPattern,
-    constrained: &[bool],
+    held: &Held<D>,
 ) -> Result<Vec<SolidElements<D>>> {
     let mut groups: BTreeMap<(u16, ElementKind), Vec<u32>> = BTreeMap::new();
     for (element, (&body, &kind)) in local.mesh.body.iter().zip(&local.mesh.kinds).enumerate() {
@@ -72,7 +73,7 @@ pub fn solids<const D: usize>(
     let mut solids = Vec::with_capacity(groups.len());
     for ((body, kind), elements) in groups {
         let nodes = elements.iter().flat_map(|&e| local.mesh.element_nodes(e as usize)).copied().collect();
-        let map = ScatterMap::new::<D>(kind.nodes(), nodes, pattern, &local.index, constrained);
+        let map = ScatterMap::new::<D>(kind.nodes(), nodes, pattern, &local.index, held);
         let physics = &bodies[usize::from(body)];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;
         solids.push(SolidElements {

@@ -1,21 +1,25 @@
 //! Prescribed displacements: their motion in time, and their reaction forces.
 
+use super::rollers::Rollers;
 use crate::case::PlacedFunction;
 use crate::error::{Error, Result};
 use crate::model::Support;
 use crate::space::{DofMap, PrescribedFields, PrescribedMotion};
+use crate::tensor::in_space;
 
 /// The displacement boundaries of a rank.
 pub struct Supports<const D: usize> {
     /// Which unknowns are prescribed.
     pub dofs: DofMap<D>,
+    /// The supports along directions that need not be axes.
+    pub rollers: Rollers<D>,
     motions: Vec<[Option<PlacedFunction>; D]>,
 }
 
 impl<const D: usize> Supports<D> {
     /// Creates supports whose unknowns are resolved in `dofs`, in the same order.
-    pub fn new(dofs: DofMap<D>, supports: &[Support<D>]) -> Self {
-        Self { dofs, motions: supports.iter().map(|support| support.components.clone()).collect() }
+    pub(super) fn new(dofs: DofMap<D>, rollers: Rollers<D>, supports: &[Support<D>]) -> Self {
+        Self { dofs, rollers, motions: supports.iter().map(|support| support.components.clone()).collect() }
     }
 
     /// Writes prescribed `u`, `v`, `a` at `time`, times `factor`, into the local arrays.
@@ -31,13 +35,15 @@ impl<const D: usize> Supports<D> {
             function.require_sound(&at, point, time)?;
             Ok(PrescribedMotion { u: factor * at.value, v: factor * at.rate, a: factor * at.second })
         };
-        self.dofs.fill(points, motion, fields)
+        let along_axes = PrescribedFields { u: &mut *fields.u, v: &mut *fields.v, a: &mut *fields.a };
+        self.dofs.fill(points, motion, along_axes)?;
+        self.rollers.fill(points, time, factor, fields)
     }
 
     /// Largest prescribed displacement \[m\] and velocity \[m/s\] of any component on this rank at
     /// `instants` \[s\].
     pub fn largest(&self, points: &[[f64; D]], instants: &[f64]) -> [f64; 2] {
-        let mut most = [0.0_f64; 2];
+        let mut most = self.rollers.largest(points, instants);
         for (boundary, motions) in self.dofs.boundaries.iter().zip(&self.motions) {
             for (component, function) in motions.iter().enumerate() {
                 let Some(function) = function else { continue };
@@ -53,9 +59,4 @@ impl<const D: usize> Supports<D> {
         }
         most
     }
-}
-
-/// A point in 2D or 3D with all three coordinates.
-pub fn in_space<const D: usize>(point: &[f64; D]) -> [f64; 3] {
-    std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0))
 }

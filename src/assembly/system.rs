@@ -118,7 +118,7 @@ impl<const D: usize> ContactSystem<D> {
         let mut contacts = contacts(world, &bodies.local, &anchored)?;
         contacts.iter_mut().for_each(|contact| contact.state.round_gaps(known));
         contacts.iter_mut().for_each(|contact| contact.pair.find_pose(&bodies.free));
-        let external = loads(world, &bodies.local, model, &bodies.pattern, bodies.constrained())?;
+        let external = loads(world, &bodies.local, model, &bodies.pattern, bodies.held())?;
         let index = &bodies.local.index;
         let forces = Vector::ghosted(session, index.owned, D, &index.ghosts)?;
         let rows = index.owned * D;

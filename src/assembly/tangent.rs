@@ -15,6 +15,7 @@ use crate::contact::state::Branches;
 use crate::dynamics::{Continuation, FrictionMode, Lift, OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::{BlockValues, Symmetry};
+use crate::space::Held;
 use crate::terms::Terms;
 
 impl<const D: usize> ContactSystem<D> {
@@ -32,10 +33,8 @@ impl<const D: usize> ContactSystem<D> {
         let damping = damping.filter(|_| terms.contains(Terms::DAMPING) && self.continuation.damped);
         if let (Some(damping), Some(Lift { change, rhs })) = (damping, &mut lift) {
             damping.multiply(change, &mut self.work)?;
-            let held = self.bodies.constrained().iter();
-            for ((rhs, force), _) in
-                rhs.owned_mut().iter_mut().zip(self.work.owned().iter()).zip(held).filter(|(_, held)| !**held)
-            {
+            self.bodies.held().clear(&mut self.work.owned_mut());
+            for (rhs, force) in rhs.owned_mut().iter_mut().zip(self.work.owned().iter()) {
                 *rhs -= stage.shifts.velocity * force;
             }
         }
@@ -47,7 +46,7 @@ impl<const D: usize> ContactSystem<D> {
             None => (None, None),
         };
         let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
-        let constrained = &self.bodies.supports.dofs.constrained;
+        let held = self.bodies.held();
         let solids = &self.bodies.solids;
         let elastic = &self.bodies.elastic;
         let ties = &self.bodies.ties;
@@ -79,7 +78,7 @@ impl<const D: usize> ContactSystem<D> {
         let inverted = matrix.fill(|values| {
             let tangent = phases.tangent.begin();
             match mass {
-                Some(mass) => mass.write_to(weight * shifts.acceleration, values),
+                Some(mass) => mass.write_to(weight * shifts.acceleration, held, values),
                 None => values.zero(),
             }
             let rigid = match joined {
@@ -87,17 +86,22 @@ impl<const D: usize> ContactSystem<D> {
                 true => Ok(()),
                 false => free.add_stiffness(stage, terms, load_factor, pattern, values),
             };
-            let of_bodies = damping.map_or(Ok(()), |damping| damping.add_to::<D>(shifts.velocity, values));
+            let of_bodies = damping.map_or(Ok(()), |damping| damping.add_to(shifts.velocity, held, values));
             if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
                 // The mass alone is singular at nodes without mass.
-                let massless =
-                    mass.massless().iter().flat_map(|&node| (0..D).map(move |i| node as usize * D + i));
-                massless.filter(|&dof| !constrained[dof]).for_each(|dof| values.add_diagonal(dof, unit));
+                let massless = mass.massless().iter().map(|&node| node as usize);
+                massless.for_each(|node| values.add_diagonal_block(node, &free_unit(held, node, unit)));
             }
-            for (dof, held) in constrained[..rows].iter().enumerate() {
+            for (dof, held) in held.axes()[..rows].iter().enumerate() {
                 if *held || spring > 0.0 {
                     values.add_diagonal(dof, if *held { unit } else { spring * unit });
                 }
+            }
+            for &(node, _) in held.inclined().iter().take_while(|(node, _)| (*node as usize) * D < rows) {
+                // The diagonal has the spring of all directions already.
+                let mut block = free_unit(held, node as usize, (spring - 1.0) * unit);
+                (0..D).for_each(|i| block[i * D + i] += (1.0 - spring) * unit);
+                values.add_diagonal_block(node as usize, &block[..D * D]);
             }
             drop(tangent);
             let mut inverted = Ok(());
@@ -106,18 +110,18 @@ impl<const D: usize> ContactSystem<D> {
                 for solid in solids {
                     let at = SolidFields::of(stage, &u, &u_start);
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
-                    let done = solid.add_stiffness(&at, terms, constrained, values, lift);
+                    let done = solid.add_stiffness(&at, terms, held, values, lift);
                     inverted = inverted.and(done);
                 }
                 if !of_elastic.is_empty() && !elastic.is_empty() {
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
-                    elastic.add_stiffness(of_elastic, shifts.velocity, constrained, values, lift);
+                    elastic.add_stiffness(of_elastic, shifts.velocity, held, values, lift);
                 }
                 if joined || terms.contains(Terms::TIES) {
-                    ties.add_stiffness(joined, constrained, values, lift.as_mut().map(LiftTarget::reborrow));
+                    ties.add_stiffness(joined, held, values, lift.as_mut().map(LiftTarget::reborrow));
                 }
                 if terms.contains(Terms::FOLLOWING_LOAD) {
-                    external.add_stiffness(&Self::moment(stage, load_factor, &u), constrained, values, lift);
+                    external.add_stiffness(&Self::moment(stage, load_factor, &u), held, values, lift);
                 }
             };
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
@@ -139,7 +143,7 @@ impl<const D: usize> ContactSystem<D> {
                 // Contact comes first, so that its blocks have arrived when the elements are
                 // finished.
                 Some(interface) => {
-                    let evaluate = |fields: &ContactFields, opening: &mut Opening| {
+                    let evaluate = |fields: &ContactFields, opening: &mut Opening<D>| {
                         let _running = phases.contact.begin();
                         for contact in contacts.iter_mut() {
                             let request = request(contact);
@@ -155,6 +159,11 @@ impl<const D: usize> ContactSystem<D> {
         matrix.set_symmetry(symmetry)?;
         Ok(())
     }
+}
+
+/// `unit` times the projection of a node onto its free directions, row-major.
+fn free_unit<const D: usize>(held: &Held<D>, node: usize, unit: f64) -> Vec<f64> {
+    held.projection(node).as_flattened().iter().map(|entry| unit * entry).collect()
 }
 
 /// Whether the matrix is symmetric. Friction, a changing area or a following load make it

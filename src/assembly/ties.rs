@@ -6,6 +6,7 @@ use crate::mesh::Tie;
 use crate::model::TieModel;
 use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues};
+use crate::space::Held;
 
 /// Ties with equal numbers of nodes.
 struct Patch {
@@ -56,7 +57,7 @@ impl<const D: usize> Ties<D> {
         local: &LocalMesh<D>,
         pairs: &[TieModel],
         pattern: &BlockPattern,
-        constrained: &[bool],
+        held: &Held<D>,
     ) -> Self {
         let ties = &local.mesh.ties;
         let mut widths: Vec<usize> = ties.iter().map(|tie| tie.nodes.len()).collect();
@@ -68,7 +69,7 @@ impl<const D: usize> Ties<D> {
             let factor = |tie: &Tie| tie.stiffness / tie.area;
             let soft = |tie: &Tie| tie.stiffness.min(tie.element_stiffness) / tie.area;
             Patch {
-                map: ScatterMap::new::<D>(width, nodes, pattern, &local.index, constrained),
+                map: ScatterMap::new::<D>(width, nodes, pattern, &local.index, held),
                 weights: of_width().flat_map(|tie| tie.weights.iter().copied()).collect(),
                 pairs: of_width().map(|tie| tie.pair).collect(),
                 contactors: of_width().map(|tie| tie.contactor).collect(),
@@ -126,14 +127,14 @@ impl<const D: usize> Ties<D> {
     pub(super) fn add_stiffness(
         &self,
         soft: bool,
-        constrained: &[bool],
+        held: &Held<D>,
         values: &mut BlockValues,
         mut lift: Option<LiftTarget>,
     ) {
         let mut block = Vec::new();
         for patch in &self.patches {
             let lift = lift.as_mut().map(LiftTarget::reborrow);
-            let mut sink = MatrixSink::<D>::new(&patch.map, constrained, values, lift);
+            let mut sink = MatrixSink::<D>::new(&patch.map, held, values, lift);
             let width = patch.map.width;
             let factors = if soft { &patch.soft } else { &patch.factors };
             for (tie, factor) in factors.iter().enumerate() {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::body_sets::bodies_of;
 use super::{
     Body, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, Load, LoadKind, MassChoice,
-    Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Support, Target, TieModel, lengths,
+    Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Roller, Support, Target, TieModel, lengths,
 };
 use crate::case::{self, Action, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying};
 use crate::contact::rigid::{BodyMotion, MassProperties};
@@ -35,6 +35,7 @@ impl<const D: usize> Model<D> {
             contacts,
             ties,
             supports: Vec::new(),
+            rollers: Vec::new(),
             elastic_supports: Vec::new(),
             loads: Vec::new(),
             probes: Vec::new(),
@@ -89,6 +90,15 @@ impl<const D: usize> Model<D> {
             Action::Displacement(components) => {
                 let components = std::array::from_fn(|i| components[i].map(|f| case.function(f)));
                 self.supports.push(Support { name, set, bodies, components });
+                return;
+            }
+            Action::Roller(roller) => {
+                let displacement = roller.displacement.as_ref().map_or_else(zero, |f| case.function(f));
+                let direction = roller.direction.as_ref().map(|given| {
+                    let given = Vector::<D>::from_fn(|i, _| given.get(i).map_or(0.0, |entry| entry.value));
+                    given.normalize().into()
+                });
+                self.rollers.push(Roller { name, set, direction, displacement });
                 return;
             }
             Action::Gravity(g) => {

@@ -18,7 +18,11 @@ pub fn unsound_places<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error>
     }
     for boundary in case.boundary.values() {
         for action in boundary.actions() {
-            let Action::Displacement(functions) = action else { continue };
+            let functions = match action {
+                Action::Displacement(functions) => functions,
+                Action::Roller(roller) => [roller.displacement.as_ref(), None, None],
+                _ => continue,
+            };
             let on = boundary.on.names().iter();
             let nodes: Vec<u32> = on.flat_map(|on| nodes_on(case, mesh, on)).collect();
             let functions = functions.into_iter().flatten();

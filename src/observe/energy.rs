@@ -513,11 +513,11 @@ impl EnergyLedger {
         let branches = system.bodies().viscous_energies(stage);
         own.viscous_stored = branches.stored;
         own.viscous = branches.work;
+        system.bodies().held().keep(&mut self.reactions.owned_mut());
         let (reactions, before) = (self.reactions.owned(), stage.start.u.owned());
-        let (constrained, external) = (system.bodies().constrained(), system.external_forces());
+        let external = system.external_forces();
         for (i, drive) in self.drive.iter_mut().enumerate() {
-            let reaction = if constrained[i] { reactions[i] } else { 0.0 };
-            let now = external[i] + reaction;
+            let now = external[i] + reactions[i];
             // Over a step that conserves energy, the present forces acted during the whole step.
             let mean = if stage.over_step == OverStep::End { now } else { 0.5 * (*drive + now) };
             own.work += mean * (u[i] - before[i]);

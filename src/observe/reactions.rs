@@ -1,10 +1,10 @@
-//! `reactions.csv`: force and moment of each support, foundation, spring and pair of tied surfaces. One entry of [`REACTION_COLUMNS`] is one column.
+//! `reactions.csv`: force and moment of each support, roller, foundation, spring and pair of tied surfaces. One entry of [`REACTION_COLUMNS`] is one column.
 
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
 use crate::petsc::{Vector, sum_over_ranks};
 
-/// Reaction of one support, foundation, boundary with springs or pair of tied surfaces, the same on all ranks.
+/// Reaction of one support, roller, foundation, boundary with springs or pair of tied surfaces, the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
     /// Name of the boundary or of the tied surfaces.
@@ -18,7 +18,7 @@ pub struct Reaction {
 /// The table of all supports.
 pub const REACTION_FILE: TableFile = TableFile {
     name: "reactions.csv",
-    rows: "one per step and boundary with a displacement, a foundation or springs, and per pair of tied surfaces",
+    rows: "one per step and boundary with a displacement, a roller, a foundation or springs, and per pair of tied surfaces",
     keys: &[
         STEP,
         TIME,
@@ -61,11 +61,20 @@ pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalanc
         reaction.moment[last] -= at(next) * own;
     };
     let none = |name: &str| Reaction { name: name.to_owned(), force: [0.0; 3], moment: [0.0; 3] };
+    let rollers = &system.bodies().supports().rollers;
     for boundary in system.bodies().boundaries() {
         let mut reaction = none(&boundary.name);
         for &(node, component) in boundary.entries.iter().filter(|(node, _)| local.index.owns(*node)) {
             let (node, axis) = (node as usize, usize::from(component));
-            add(&mut reaction, node, axis, imbalance[node * D + axis]);
+            let own = rollers.force_along(node, axis, &imbalance).unwrap_or(imbalance[node * D + axis]);
+            add(&mut reaction, node, axis, own);
+        }
+        reactions.push(reaction);
+    }
+    for (name, forces) in rollers.forces(&imbalance) {
+        let mut reaction = none(name);
+        for (node, force) in forces {
+            (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));
         }
         reactions.push(reaction);
     }

@@ -223,6 +223,11 @@ impl BlockValues<'_> {
         self.parts[part][at] += value;
     }
 
+    /// Adds to the diagonal block of an owned node, row-major.
+    pub fn add_diagonal_block(&mut self, node: usize, block: &[f64]) {
+        self.add(self.scatter.diagonal[node], block);
+    }
+
     /// Sets the row of the owned unknown `dof` to zero, except for `value` on the diagonal.
     pub fn set_identity_row(&mut self, dof: usize, value: f64) {
         let row = dof / self.scatter.block_size;

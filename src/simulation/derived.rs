@@ -59,7 +59,8 @@ fn known<const D: usize>(case: &Case, model: &Model<D>, watched: Option<&[Watche
     add("contact", model.contacts.iter().map(|contact| contact.name.as_str()).collect(), contact);
     let supports = model.supports.iter().map(|support| support.name.as_str());
     let springs = model.elastic_supports.iter().map(|support| support.name.as_str());
-    add("reactions", supports.chain(springs).collect(), names_of::<D, _>(REACTION_COLUMNS));
+    let rollers = model.rollers.iter().map(|roller| roller.name.as_str());
+    add("reactions", supports.chain(rollers).chain(springs).collect(), names_of::<D, _>(REACTION_COLUMNS));
     let rigid = model.rigid.iter().map(|body| body.name.as_str()).collect();
     add("rigid", rigid, names_of::<D, _>(RIGID_COLUMNS));
     if case.output.bodies {

@@ -4,6 +4,7 @@
 //! degrees of freedom are marked like owned ones, so that columns of prescribed unknowns are known
 //! without communication.
 
+use super::held::Held;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, digits};
 
@@ -54,8 +55,8 @@ pub struct PrescribedFields<'a> {
 /// The prescribed degrees of freedom of a rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DofMap<const D: usize> {
-    /// Whether each local degree of freedom is prescribed, including ghosts.
-    pub constrained: Vec<bool>,
+    /// The held directions of each local node, including ghosts.
+    pub held: Held<D>,
     /// One entry for each boundary condition, in the given order.
     pub boundaries: Vec<Prescribed>,
 }
@@ -92,17 +93,18 @@ impl<const D: usize> DofMap<D> {
             }
             all.push(Prescribed { name: boundary.name.clone(), entries: own });
         }
-        Ok(Self { constrained: holder.iter().map(|&held| held != usize::MAX).collect(), boundaries: all })
+        let along_axes = holder.iter().map(|&held| held != usize::MAX).collect();
+        Ok(Self { held: Held::along_axes(along_axes), boundaries: all })
     }
 
     /// Number of local degrees of freedom, including ghosts.
     pub fn len(&self) -> usize {
-        self.constrained.len()
+        self.held.len()
     }
 
     /// Whether the rank holds no nodes.
     pub fn is_empty(&self) -> bool {
-        self.constrained.is_empty()
+        self.held.is_empty()
     }
 
     /// Writes the prescribed motion to the fields; other entries are unchanged.
@@ -129,13 +131,6 @@ impl<const D: usize> DofMap<D> {
             }
         }
         Ok(())
-    }
-
-    /// Sets the prescribed entries of a local array to zero.
-    pub fn clear(&self, values: &mut [f64]) {
-        for (value, _) in values.iter_mut().zip(&self.constrained).filter(|(_, held)| **held) {
-            *value = 0.0;
-        }
     }
 }
 
@@ -192,7 +187,7 @@ mod tests {
             |_, _| false,
         )
         .expect("no conflict");
-        assert_eq!(map.constrained, [true, true, false, true, false, false, true, false]);
+        assert_eq!(map.held.axes(), [true, true, false, true, false, false, true, false]);
         assert_eq!(map.boundaries[1].entries, [(0, 1), (1, 1)]);
         let (mut u, mut v, mut a) = (vec![9.0; 8], vec![9.0; 8], vec![9.0; 8]);
         let motion = |boundary: usize, component: usize, x: &[f64; 2]| {
@@ -202,7 +197,7 @@ mod tests {
         map.fill(&mesh.points, motion, PrescribedFields { u: &mut u, v: &mut v, a: &mut a }).expect("filled");
         assert_eq!(u, [0.0, 11.0, 9.0, 11.0, 9.0, 9.0, 0.1, 9.0]);
         assert_eq!((v[3], a[3]), (-11.0, 22.0));
-        map.clear(&mut u);
+        map.held.clear(&mut u);
         assert_eq!(u, [0.0, 0.0, 9.0, 0.0, 9.0, 9.0, 0.0, 9.0]);
     }
 

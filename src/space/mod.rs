@@ -7,6 +7,7 @@
 
 mod dofs;
 mod facet;
+mod held;
 mod hexes;
 mod layout;
 mod lines;
@@ -21,6 +22,7 @@ mod wedges;
 
 pub use dofs::{Boundary, DofMap, Prescribed, PrescribedFields, PrescribedMotion};
 pub use facet::{Tangents, area_variation, facet_normal, facet_tangents};
+pub use held::Held;
 pub use locate::{Located, Nearest, locate, nearest_node, pull_back};
 pub use quadrature::Rule;
 pub use reference::{ReferenceElement, ShapeTable, reference};

@@ -78,6 +78,7 @@ impl Solid {
             contacts: Vec::new(),
             ties: Vec::new(),
             supports: Vec::new(),
+            rollers: Vec::new(),
             elastic_supports: Vec::new(),
             loads: Vec::new(),
             probes: Vec::new(),

@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::partition::exchange::{ForeignRows, NodeExchange, NodeField, RowExchange};
 use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT, Symmetry};
+use crate::space::Held;
 
 pub use couplings::{Couplings, blocks_of};
 pub use numbering::Numbering;
@@ -31,7 +32,7 @@ pub struct Interface<const D: usize> {
     v: Vec<f64>,
     u_start: Vec<f64>,
     change: Vec<f64>,
-    constrained: Vec<bool>,
+    held: Held<D>,
     rows: Option<Rows>,
     /// Event that measures the time of the messages.
     exchange: Event,
@@ -61,17 +62,19 @@ impl<const D: usize> Interface<D> {
     pub fn new(
         world: &impl CommunicatorCollectives,
         index: &IndexMap,
-        constrained: &[bool],
+        held: &Held<D>,
         foreign: Vec<i32>,
         exchange: Event,
     ) -> Result<Self> {
         let mut bring = NodeExchange::new(world, index, &foreign)?;
         let local = index.local_count() * D;
         let count = local + foreign.len() * D;
-        let own: Vec<f64> = constrained.iter().map(|&held| f64::from(u8::from(held))).collect();
-        let mut held = vec![0.0; count - local];
-        bring.forward(world, D, &own, &mut held);
-        let constrained = constrained.iter().copied().chain(held.iter().map(|&held| held > 0.5)).collect();
+        let mut projections = vec![0.0; foreign.len() * D * D];
+        let projection = |node: u32, values: &mut [f64]| {
+            values.copy_from_slice(held.projection(node as usize).as_flattened());
+        };
+        bring.forward_from(world, D * D, projection, &mut projections);
+        let held = held.clone().followed_by(&projections);
         let zero = || vec![0.0; count];
         Ok(Self {
             foreign,
@@ -80,7 +83,7 @@ impl<const D: usize> Interface<D> {
             v: zero(),
             u_start: zero(),
             change: Vec::new(),
-            constrained,
+            held,
             rows: None,
             exchange,
         })
@@ -199,7 +202,7 @@ impl<const D: usize> Interface<D> {
         (world, fields): (&impl CommunicatorCollectives, &ContactFields),
         (values, symmetry): (&mut BlockValues, Symmetry),
         mut lift: Option<LiftTarget>,
-        evaluate: impl FnOnce(&ContactFields, &mut Opening<'_, '_>),
+        evaluate: impl FnOnce(&ContactFields, &mut Opening<'_, '_, D>),
         meanwhile: impl FnOnce(&mut BlockValues, Option<LiftTarget>),
     ) {
         debug_assert!(self.has_brought(fields), "the tangent is evaluated before the forces");
@@ -218,7 +221,7 @@ impl<const D: usize> Interface<D> {
             remote: RemoteForce { row_of: &rows.row_of, values: &mut rows.force },
         });
         let mut opening = Opening {
-            constrained: &self.constrained,
+            held: &self.held,
             values: &mut *values,
             remote: &mut rows.values,
             lift: lifted,
@@ -241,9 +244,9 @@ impl<const D: usize> Interface<D> {
 }
 
 /// Destination of the blocks of pairs.
-pub struct Opening<'a, 'm> {
-    /// Prescribed unknowns of all nodes.
-    pub constrained: &'a [bool],
+pub struct Opening<'a, 'm, const D: usize> {
+    /// Held directions of all nodes.
+    pub held: &'a Held<D>,
     /// Matrix values of the rank's own rows.
     pub values: &'a mut BlockValues<'m>,
     /// Blocks of rows of other ranks.

@@ -4,6 +4,7 @@
 use super::couplings::{CouplingSlots, Couplings};
 use crate::contact::mortar::contact::ContactSink;
 use crate::petsc::{BlockValues, Symmetry};
+use crate::space::Held;
 
 /// Marks a node beyond the owned ones that has no coupling.
 pub const NO_ROW: u32 = u32::MAX;
@@ -87,8 +88,8 @@ impl PairLift<'_> {
 pub struct VertexStiffness<'a, 'm, const D: usize> {
     /// Nodes that the vertices of the contact couple.
     pub couplings: &'a Couplings,
-    /// Prescribed unknowns of all nodes.
-    pub constrained: &'a [bool],
+    /// Held directions of all nodes.
+    pub held: &'a Held<D>,
     /// Matrix values of the rank's own rows.
     pub values: &'a mut BlockValues<'m>,
     /// Blocks of rows of other ranks, D * D values each.
@@ -119,10 +120,8 @@ impl<const D: usize> ContactSink for VertexStiffness<'_, '_, D> {
         let Some(lift) = &mut self.lift else { return };
         let mut free = [0.0; 3];
         for (&node, force) in nodes.iter().zip(force.chunks_exact(D)) {
-            let held = &self.constrained[node as usize * D..][..D];
-            for i in 0..D {
-                free[i] = if held[i] { 0.0 } else { force[i] };
-            }
+            free[..D].copy_from_slice(force);
+            self.held.clear_node(node as usize, &mut free[..D]);
             add_forces::<D>(&[node], &free[..D], lift.rhs, &mut lift.remote);
         }
     }
@@ -140,8 +139,7 @@ impl<const D: usize> VertexStiffness<'_, '_, D> {
     ) {
         let mut block = [0.0; 9];
         let block = &mut block[..D * D];
-        let constrained = |node: &u32| self.constrained[*node as usize * D..][..D].contains(&true);
-        let held: Vec<bool> = nodes.iter().map(constrained).collect();
+        let held: Vec<bool> = nodes.iter().map(|&node| self.held.holds(node as usize)).collect();
         for (a, &row) in nodes.iter().enumerate() {
             for (b, &column) in nodes.iter().enumerate() {
                 let at = a * nodes.len() + b;
@@ -153,7 +151,7 @@ impl<const D: usize> VertexStiffness<'_, '_, D> {
                     }
                 }
                 if held[a] || held[b] {
-                    self.release(row, column, block);
+                    self.release(row as usize, column as usize, block);
                 }
                 match self.couplings.place(vertex, place(a, b)) {
                     Some(CouplingSlots::Slot(slot)) => self.values.add(slot, block),
@@ -167,32 +165,16 @@ impl<const D: usize> VertexStiffness<'_, '_, D> {
         }
     }
 
-    /// Removes prescribed rows and columns from a block. The columns go to the right side.
-    fn release(&mut self, row: u32, column: u32, block: &mut [f64]) {
-        let (row, column) = (row as usize * D, column as usize * D);
-        for i in 0..D {
-            for j in 0..D {
-                let (held_row, held_column) = (self.constrained[row + i], self.constrained[column + j]);
-                if !held_row && held_column {
-                    self.lift(row + i, column + j, block[i * D + j]);
-                }
-                if held_row || held_column {
-                    block[i * D + j] = 0.0;
-                }
-            }
+    /// Restricts a block to the free directions of its nodes. What the change of the held ones adds
+    /// goes to the right side.
+    fn release(&mut self, row: usize, column: usize, block: &mut [f64]) {
+        if let (true, Some(lift)) = (self.held.holds(column), &mut self.lift) {
+            let change = &lift.change[column * D..][..D];
+            let mut part: [f64; D] =
+                std::array::from_fn(|i| -(0..D).map(|j| block[i * D + j] * change[j]).sum::<f64>());
+            self.held.clear_node(row, &mut part);
+            add_forces::<D>(&[row as u32], &part, lift.rhs, &mut lift.remote);
         }
-    }
-
-    fn lift(&mut self, row: usize, column: usize, stiffness: f64) {
-        let Some(lift) = &mut self.lift else { return };
-        let part = stiffness * lift.change[column];
-        match row.checked_sub(lift.rhs.len()) {
-            None => lift.rhs[row] -= part,
-            Some(beyond) => {
-                if let Some(entries) = lift.remote.entries::<D>(beyond / D) {
-                    entries[beyond % D] -= part;
-                }
-            }
-        }
+        self.held.restrict(row, column, block);
     }
 }

@@ -1,6 +1,6 @@
 //! Checks of `boundary`.
 
-use super::super::{Action, Boundary, Directional, Force, Foundation, Spring};
+use super::super::{Action, Boundary, Directional, Force, Foundation, Roller, Spring};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::function::{Function, Varying};
@@ -16,12 +16,13 @@ impl Check<'_> {
             let does = if actions.is_empty() { "has no action" } else { "has more than one action" };
             self.found.say(name.place, format!("the boundary '{}' {does}", name.value));
             self.found.cure(
-                "give it exactly one of displacement, gravity, traction, pressure, force, torque, foundation, spring",
+                "give it exactly one of displacement, roller, gravity, traction, pressure, force, torque, foundation, spring",
             );
         }
         for action in &actions {
             match action {
                 Action::Displacement(components) => self.components(name, components),
+                Action::Roller(roller) => self.roller(roller),
                 Action::Gravity(components) => {
                     components.iter().for_each(|component| self.finite(component));
                     boundary.gravity.iter().for_each(|gravity| self.size("gravity", gravity));
@@ -45,6 +46,10 @@ impl Check<'_> {
         for action in boundary.actions() {
             let (fits, message) = match action {
                 Action::Displacement(_) => (true, ""),
+                Action::Roller(roller) => {
+                    let fits = !whole || roller.direction.is_some();
+                    (fits, "a roller without a direction acts on a surface, such as body.set")
+                }
                 Action::Gravity(_) => (whole, "gravity acts on a whole body, not on one of its sets"),
                 Action::Traction(_) => (!whole, "a traction acts on a surface, such as body.set"),
                 Action::Pressure(_) => (!whole, "a pressure acts on a surface, such as body.set"),
@@ -70,6 +75,15 @@ impl Check<'_> {
             self.found.say(z.place, "a 2D case has no z");
         }
         components.iter().flatten().for_each(|component| self.finite(component));
+    }
+
+    fn roller(&mut self, roller: &Roller) {
+        roller.displacement.iter().for_each(|displacement| self.finite(displacement));
+        let Some(direction) = &roller.direction else { return };
+        self.size("the direction of a roller", direction);
+        let length: f64 = direction.iter().map(|entry| entry.value.powi(2)).sum();
+        let fits = length > 0.0 && length.is_finite();
+        self.found.require(fits, direction.place, "the direction of a roller must be finite and not zero");
     }
 
     fn force(&mut self, name: &At<String>, force: &Force) {

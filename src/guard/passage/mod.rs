@@ -85,9 +85,9 @@ pub fn missed_contact<const D: usize>(
 fn expected_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> f64 {
     let largest = |field: &[f64]| field.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let (u, u_start) = (stage.trial.u.owned(), stage.start.u.owned());
-    let held = system.bodies().supports().dofs.constrained.iter();
-    let moved = u.iter().zip(u_start.iter()).zip(held).filter(|(_, held)| **held);
-    let prescribed = moved.map(|((end, start), _)| (end - start).abs()).fold(0.0_f64, f64::max);
+    let mut moved: Vec<f64> = u.iter().zip(u_start.iter()).map(|(end, start)| end - start).collect();
+    system.bodies().held().keep(&mut moved);
+    let prescribed = largest(&moved);
     let own = [largest(&stage.start.v.owned()), largest(&stage.start.a.owned()), prescribed];
     let mut all = [0.0; 3];
     system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
