@@ -107,6 +107,7 @@ fn permanent_contact_decays_like_the_closed_form() {
     for (scheme, order) in [
         (NEWMARK, 1.9),
         ("{ generalized_alpha: { spectral_radius: 0.8 } }", 1.9),
+        ("{ hht: { spectral_radius: 0.8 } }", 1.9),
         ("midpoint", 1.9),
         ("conserving", 1.9),
         ("backward_euler", 0.85),
@@ -149,10 +150,13 @@ fn maxima_fall_by_the_logarithmic_decrement() {
 fn the_ledger_closes() {
     for scheme in [NEWMARK, "conserving"] {
         for text in [resting(RESTING, scheme, "1.0e-3"), on_a_body(&resting(RESTING, scheme, "1.0e-3"))] {
-            let energy = Results::of(&text, 1).table("energy.csv");
+            let results = Results::of(&text, 1);
+            let energy = results.table("energy.csv");
             let heat = energy.numbers("damping_dissipated");
             assert!(heat[0] == 0.0 && heat.windows(2).all(|pair| pair[1] >= pair[0]), "{heat:?}");
             assert!(energy.last("damping_dissipated") > 0.015, "{heat:?}");
+            let of_contact = results.table("contact.csv").last("damping_work");
+            assert!((of_contact / energy.last("damping_dissipated") - 1.0).abs() < 1e-12, "{of_contact}");
             let left = energy.numbers("numerical").iter().fold(0.0, |most: f64, left| most.max(left.abs()));
             // Between bodies the area varies by the strain.
             assert!(left < 2e-5 * energy.last("damping_dissipated"), "{scheme}: {left}");

@@ -147,6 +147,7 @@ impl MeshFile {
 pub(super) fn unreadable(name: &str, cause: &std::io::Error) -> Error {
     let error = Error::file(format!("the mesh can not be read: {cause}"));
     let error = match cause.kind() {
+        ErrorKind::IsADirectory => error.hint("name a file in this folder"),
         ErrorKind::NotFound => error.hint("paths of meshes are relative to the folder of the case file"),
         _ => error,
     };

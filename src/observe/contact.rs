@@ -212,6 +212,15 @@ impl<const D: usize> ContactColumn<D> {
         },
         Self {
             quantity: Quantity::number(
+                "damping_work",
+                "J",
+                "heat from `damping` of the contact since the start, normal and tangential; part of \
+                 `damping_dissipated` of `energy.csv`",
+            ),
+            value: OverPoints::Total(|totals| totals.energies.damping_work),
+        },
+        Self {
+            quantity: Quantity::number(
                 "stored",
                 "J",
                 "energy stored by the laws of the contact at this instant; the sum over the contacts is `contact` \
@@ -440,7 +449,7 @@ mod tests {
         resultants.whole.first_moment[(1, 0)] = 6.0;
         resultants.normal.force = Point::<2>::new(0.0, 4.0);
         resultants.normal.first_moment[(1, 0)] = 6.0;
-        let energies = ContactEnergies { stored: 0.25, friction_work: 0.75 };
+        let energies = ContactEnergies { stored: 0.25, friction_work: 0.75, damping_work: 0.5 };
         let totals = ContactTotals { resultants, is_two_sided: false, energies };
         let cells = |column: &ContactColumn<2>| column.cells(&column.tally(points.into_iter()), &totals);
         let mut row = Vec::new();
@@ -456,7 +465,7 @@ mod tests {
         let numbers = |values: &[f64]| values.iter().copied().map(Cell::Number).collect::<Vec<_>>();
         assert_eq!(row[..5], numbers(&[4.0, -1.0, 4.0, -1.0, 1.0]));
         assert_eq!(row[5..8], [Cell::Count(2), Cell::Count(0), Cell::Count(2)]);
-        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0, 1.5, 0.75, 0.25]));
+        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0, 1.5, 0.75, 0.5, 0.25]));
         assert_eq!(cells(&ContactColumn::DEPTH_BETWEEN), numbers(&[3e-3]));
         let mean = ContactColumn {
             quantity: Quantity::number("x", "m", "mean position"),
@@ -480,7 +489,7 @@ mod tests {
             header(plane),
             "force_n [N],force_x [N],force_y [N],force_t [N],area [m2],points,stick,slip,max_penetration [m],\
              max_pressure [Pa],friction_power [W],moment_z [N m],centre_of_pressure_x [m],centre_of_pressure_y [m],\
-             current_area [m2],friction_work [J],stored [J]"
+             current_area [m2],friction_work [J],damping_work [J],stored [J]"
         );
         let space =
             super::super::quantity::headings::<3>(ContactColumn::<3>::TABLE.iter().map(|c| &c.quantity));

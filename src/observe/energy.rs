@@ -126,6 +126,8 @@ pub struct ContactEnergies {
     pub stored: f64,
     /// Heat from friction since the start.
     pub friction_work: f64,
+    /// Heat from damping of the contact since the start.
+    pub damping_work: f64,
 }
 
 /// Accumulates work and heat over the steps.
@@ -536,13 +538,15 @@ impl EnergyLedger {
         let Momentum { linear, angular } = &mut self.momentum;
         let energies =
             [kinetic, strain, contact, springs, heat, damping, viscous_stored, viscous, work].into_iter();
-        let of_contacts =
-            by_contact.iter_mut().flat_map(|energy| [&mut energy.stored, &mut energy.heat_of_step]);
+        let of_contacts = by_contact
+            .iter_mut()
+            .flat_map(|energy| [&mut energy.stored, &mut energy.heat_of_step, &mut energy.damping_of_step]);
         sum_over_ranks(system.session().world(), energies.chain(linear).chain(angular).chain(of_contacts));
         self.contacts.resize(by_contact.len(), ContactEnergies::default());
         for (contact, step) in self.contacts.iter_mut().zip(&by_contact) {
             contact.stored = step.stored;
             contact.friction_work += step.heat_of_step;
+            contact.damping_work += step.damping_of_step;
         }
         own.work += by_rigid;
         Ok(own)

@@ -56,6 +56,7 @@ pub(super) fn surface_file(path: &Path) -> Result<Vec<u8>> {
             ErrorKind::NotFound => {
                 error.hint("paths of surfaces are relative to the folder of the case file")
             }
+            ErrorKind::IsADirectory => error.hint("name a file in this folder"),
             _ => error,
         };
         error.within(&path.display().to_string())

@@ -53,11 +53,11 @@ impl Check<'_> {
         }
         if let Some(damping) = &contact.damping {
             damping.check(&mut self.found);
-            self.found.require(
-                !damping.is_none(),
-                damping.place,
-                "the damping has neither `normal` nor `tangential`",
-            );
+            if damping.is_none() {
+                self.found.say(damping.place, "the damping has neither `normal` nor `tangential`");
+                self.found
+                    .cure("write for example { normal: { kelvin: { viscosity: 1.0e4 } } }, or remove it");
+            }
             self.dashpots_move(damping.place);
         }
     }

@@ -489,10 +489,12 @@ impl Content {
             Some(field) => number(deck, field, "the last number of a range")?,
         };
         let step = match fields.next() {
-            None | Some("" | "0") => 1,
+            None | Some("") => 1,
+            // Programs write it for ranges of one number.
+            Some("0") if first == last => 1,
             Some(field) => number(deck, field, "the step of a range")?,
         };
-        if last < first || fields.any(|field| !field.is_empty()) {
+        if last < first || step == 0 || fields.any(|field| !field.is_empty()) {
             return Err(deck.error("expected a range: first, last, step").hint("for example 1, 100, 1"));
         }
         self.ranges.push(NumberRange { first, last, step, place: deck.place() });
@@ -568,7 +570,8 @@ fn fields(line: &str) -> impl Iterator<Item = &str> {
 }
 
 fn number(deck: &Deck, field: &str, what: &str) -> Result<u64> {
-    field.parse().map_err(|_| deck.error(format!("expected {what}, found '{}'", shown(field))))
+    let error = || deck.error(format!("expected {what}, found '{}'", shown(field)));
+    field.parse().map_err(|_| error().hint("numbers are separated by commas, and are positive integers"))
 }
 
 /// A number as Fortran writes it: the exponent may begin with D.

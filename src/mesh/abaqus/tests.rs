@@ -380,6 +380,7 @@ fn defects_are_refused_with_their_line() {
         ("Bottom, 13", "Bottom, 14", "line 24: the set contains node 14, which is not defined"),
         ("1, 3\n", "4, 9\n", "line 20: there is no node from 4 to 9"),
         ("1, 3\n", "3, 1\n", "line 20: expected a range"),
+        ("1, 3\n", "1, 3, 0\n", "line 20: expected a range"),
         ("7, s4", "7, s5", "line 30: surface 'side': face S5 of a quad4 element, which has 4 faces"),
         (
             "7, s4",
