@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::components::{Components, Force, Torque};
 use super::elastic::{Foundation, Spring};
+use super::rigid::PrescribedMotion;
 use super::sets::SetNames;
 use crate::reader::at::At;
 use crate::reader::function::{Varying, VaryingAcceleration, VaryingLength, VaryingPressure};
@@ -18,6 +19,9 @@ pub struct Boundary {
     /// Prescribed displacement \[m\] in the given directions; the others stay free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<At<Components<0, 1, 0>>>,
+    /// Prescribed translation and rotation of all nodes, as of a rigid body, in all directions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<At<PrescribedMotion>>,
     /// Acceleration of gravity \[m/s2\] on a body, one entry per direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<At<Vec<VaryingAcceleration>>>,
@@ -48,6 +52,8 @@ pub struct Boundary {
 pub enum Action<'a> {
     /// Prescribed displacement, direction by direction \[m\].
     Displacement([Option<&'a VaryingLength>; 3]),
+    /// Prescribed translation and rotation.
+    Motion(&'a At<PrescribedMotion>),
     /// Acceleration \[m/s2\], one entry per direction.
     Gravity(&'a [VaryingAcceleration]),
     /// Dead load per reference area, direction by direction \[Pa\].
@@ -70,14 +76,14 @@ impl Action<'_> {
         match self {
             Action::Traction(_) | Action::Pressure(_) | Action::Torque(_) | Action::Foundation(_) => true,
             Action::Force(force) => force.at.is_some(),
-            Action::Displacement(_) | Action::Gravity(_) | Action::Spring(_) => false,
+            Action::Displacement(_) | Action::Motion(_) | Action::Gravity(_) | Action::Spring(_) => false,
         }
     }
 
     /// Whether it can hold a body at rest.
     pub fn holds(&self) -> bool {
         match self {
-            Action::Displacement(_) => true,
+            Action::Displacement(_) | Action::Motion(_) => true,
             Action::Foundation(foundation) => foundation.stiffness.is_some(),
             Action::Spring(spring) => spring.stiffness.is_some(),
             _ => false,
@@ -89,6 +95,7 @@ impl Boundary {
     /// Everything that the boundary does; exactly one entry in a case that passed its checks.
     pub fn actions(&self) -> impl Iterator<Item = Action<'_>> {
         let displacement = self.displacement.as_ref().map(|value| Action::Displacement(value.as_array()));
+        let motion = self.motion.as_ref().map(Action::Motion);
         let gravity = self.gravity.as_ref().map(|value| Action::Gravity(value));
         let traction = self.traction.as_ref().map(|value| Action::Traction(value.as_array()));
         let pressure = self.pressure.as_ref().map(|value| Action::Pressure(value));
@@ -96,6 +103,8 @@ impl Boundary {
         let torque = self.torque.as_ref().map(|value| Action::Torque(value.as_array()));
         let foundation = self.foundation.as_ref().map(|value| Action::Foundation(value));
         let spring = self.spring.as_ref().map(|value| Action::Spring(value));
-        [displacement, gravity, traction, pressure, force, torque, foundation, spring].into_iter().flatten()
+        [displacement, motion, gravity, traction, pressure, force, torque, foundation, spring]
+            .into_iter()
+            .flatten()
     }
 }
