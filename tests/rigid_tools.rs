@@ -386,3 +386,113 @@ output: { fields: { every: 100 } }
     let position = rigid.numbers("position_y");
     assert!((position[0] - 0.001).abs() < 1e-12 && (position[2] - 0.004).abs() < 1e-12, "{position:?}");
 }
+
+/// A block that its base turns by 1.2 rad while it presses on a floor, in statics and dynamics.
+fn turned(motion: &str, dynamic: bool) -> String {
+    let (density, time) = match dynamic {
+        true => (
+            "\n    density: 1000",
+            "{ end: 0.5, step: 0.05, scheme: { generalized_alpha: { spectral_radius: 0.5 } } }",
+        ),
+        false => ("", "{ end: 1, scheme: { static: { increments: 5 } } }"),
+    };
+    format!(
+        "dimension: 2
+bodies:
+  block:
+    mesh: {{ box: {{ min: [-0.1, 0], max: [0.1, 0.1], cells: [6, 3] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5 MPa, poisson_ratio: 0.3 }} }}{density}
+obstacles: {{ floor: {{ plane: {{ point: [0, 0], normal: [0, 1] }} }} }}
+contact: {{ sole: {{ contactor: block.bottom, target: floor }} }}
+boundary:
+  grip: {{ on: block.top, {motion} }}
+time: {time}
+"
+    )
+}
+
+/// The motion of a boundary gives the results of the expressions that it replaces, in statics and
+/// dynamics, on 1 and 3 ranks.
+#[test]
+fn the_motion_of_a_boundary_replaces_expressions() {
+    let key = "motion: { translation: { x: '0.01 * t^2', y: -0.01 }, rotation: { angle: '0.3 * t^2', about: [0.02, 0.1] } }";
+    let written = "displacement: { x: '(x - 0.02) * (cos(0.3 * t^2) - 1) - (y - 0.1) * sin(0.3 * t^2) + 0.01 * t^2', \
+                   y: '(x - 0.02) * sin(0.3 * t^2) + (y - 0.1) * (cos(0.3 * t^2) - 1) - 0.01' }";
+    for dynamic in [false, true] {
+        let expected = Results::of(&turned(written, dynamic), 1).table("reactions.csv");
+        for ranks in [1, 3] {
+            let found = Results::of(&turned(key, dynamic), ranks).table("reactions.csv");
+            // Without friction the force along the floor is zero up to the tolerance of the solver.
+            for column in ["force_y", "moment_z"] {
+                let apart = apart(&expected.numbers(column), &found.numbers(column));
+                assert!(apart < 1e-8, "{column} on {ranks} ranks: {apart:.1e}");
+            }
+        }
+    }
+}
+
+/// A block whose motion is prescribed at all nodes spins about an inclined axis. Its kinetic energy,
+/// the force of its support and its strain energy are those of a rigid body.
+#[test]
+fn a_boundary_spins_about_an_inclined_axis() {
+    let case = "
+dimension: 3
+bodies:
+  block:
+    mesh: { box: { min: [0, 0, 0], max: [0.2, 0.1, 0.1], cells: [2, 1, 1] } }
+    material: { neo_hookean: { young_modulus: 5 MPa, poisson_ratio: 0.3 } }
+    density: 1000
+boundary:
+  spin: { on: block, motion: { rotation: { angle: '3 * t + 5 * t^2', about: [0, 0, 0], axis: [1, 2, 2] } } }
+time: { end: 0.5, step: 0.05, scheme: { newmark: {} } }
+";
+    let results = Results::of(case, 2);
+    let [energy, reactions] = ["energy.csv", "reactions.csv"].map(|name| results.table(name));
+    // A box of mass 2 kg, with principal axes x, y, z through (0.1, 0.05, 0.05), about k = (1, 2, 2) / 3.
+    let (mass, half) = (2.0, [0.1, 0.05, 0.05]);
+    let axis = [1.0, 2.0, 2.0].map(|x: f64| x / 3.0);
+    let along: f64 = (0..3).map(|i| axis[i] * half[i]).sum();
+    let square: f64 = half.iter().map(|x| x * x).sum();
+    let about_centre: f64 = (0..3).map(|i| axis[i].powi(2) * mass / 3.0 * (square - half[i].powi(2))).sum();
+    let inertia = about_centre + mass * (square - along * along);
+    let time = energy.numbers("time");
+    for (row, kinetic) in energy.numbers("kinetic").iter().enumerate() {
+        let expected = 0.5 * inertia * (3.0 + 10.0 * time[row]).powi(2);
+        assert!((kinetic / expected - 1.0).abs() < 1e-12, "{kinetic} at {}", time[row]);
+    }
+    // The force is the mass times the acceleration of the centre.
+    let distance = (square - along * along).sqrt();
+    let rate: f64 = 3.0 + 10.0 * 0.5;
+    let expected = mass * distance * (rate.powi(4) + 100.0).sqrt();
+    let force =
+        ["force_x", "force_y", "force_z"].map(|name| reactions.last(name)).iter().map(|f| f * f).sum::<f64>();
+    assert!((force.sqrt() / expected - 1.0).abs() < 1e-9, "{} and {expected}", force.sqrt());
+    assert!(energy.last("strain") < 1e-15 * 5e6 * 0.002);
+}
+
+/// Mistakes in the motion of a boundary are reported with cause and cure.
+#[test]
+fn wrong_motions_of_boundaries_are_refused() {
+    let rotation = |text: &str| format!("motion: {{ rotation: {{ {text} }} }}");
+    let rows = [
+        (rotation("angle: 1"), "the rotation of a boundary needs a point of its axis"),
+        (rotation("angle: 1, about: [0, 0, 0]"), "2 entries"),
+        (rotation("angle: 1, about: [0, 0], axis: [0, 0, 1]"), "no axis"),
+        (rotation("angle: x, about: [0, 0]"), "depends on t only"),
+        (rotation("angle: '1 / t', about: [0, 0]"), "at t = 0"),
+        (rotation("angle: 10 deg, about: [0, 0]"), "deg"),
+        ("motion: {}".to_owned(), "the motion of 'grip' is empty"),
+        ("motion: { translation: { x: 0 } }, displacement: { x: 0 }".to_owned(), "more than one action"),
+        (
+            rotation("angle: t, about: [0, 0]") + " }\n  other: { on: block.top, displacement: { x: 0 }",
+            "prescribed twice",
+        ),
+    ];
+    for (motion, words) in rows {
+        let folder = Folder::new("motion");
+        folder.write("case.yml", &turned(&motion, false));
+        let output = run(0, &["case.yml", "-q"], &folder);
+        assert_eq!(output.code, Some(3), "{motion}");
+        assert_says(&output.stderr, &["case.yml:", words]);
+    }
+}

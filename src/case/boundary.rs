@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::components::{Components, Force, Torque};
 use super::elastic::{Foundation, Spring};
+use super::rigid::PrescribedMotion;
 use super::roller::Roller;
 use super::sets::SetNames;
 use crate::reader::at::At;
@@ -22,6 +23,9 @@ pub struct Boundary {
     /// A support along one direction, for example the normal of the surface; the others stay free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller: Option<At<Roller>>,
+    /// Prescribed translation and rotation of all nodes, as of a rigid body, in all directions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<At<PrescribedMotion>>,
     /// Acceleration of gravity \[m/s2\] on a body, one entry per direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<At<Vec<VaryingAcceleration>>>,
@@ -54,6 +58,8 @@ pub enum Action<'a> {
     Displacement([Option<&'a VaryingLength>; 3]),
     /// Prescribed displacement along one direction.
     Roller(&'a Roller),
+    /// Prescribed translation and rotation.
+    Motion(&'a At<PrescribedMotion>),
     /// Acceleration \[m/s2\], one entry per direction.
     Gravity(&'a [VaryingAcceleration]),
     /// Dead load per reference area, direction by direction \[Pa\].
@@ -77,14 +83,14 @@ impl Action<'_> {
             Action::Traction(_) | Action::Pressure(_) | Action::Torque(_) | Action::Foundation(_) => true,
             Action::Force(force) => force.at.is_some(),
             Action::Roller(roller) => roller.direction.is_none(),
-            Action::Displacement(_) | Action::Gravity(_) | Action::Spring(_) => false,
+            Action::Displacement(_) | Action::Motion(_) | Action::Gravity(_) | Action::Spring(_) => false,
         }
     }
 
     /// Whether it can hold a body at rest.
     pub fn holds(&self) -> bool {
         match self {
-            Action::Displacement(_) | Action::Roller(_) => true,
+            Action::Displacement(_) | Action::Motion(_) | Action::Roller(_) => true,
             Action::Foundation(foundation) => foundation.stiffness.is_some(),
             Action::Spring(spring) => spring.stiffness.is_some(),
             _ => false,
@@ -97,6 +103,7 @@ impl Boundary {
     pub fn actions(&self) -> impl Iterator<Item = Action<'_>> {
         let displacement = self.displacement.as_ref().map(|value| Action::Displacement(value.as_array()));
         let roller = self.roller.as_ref().map(|value| Action::Roller(value));
+        let motion = self.motion.as_ref().map(Action::Motion);
         let gravity = self.gravity.as_ref().map(|value| Action::Gravity(value));
         let traction = self.traction.as_ref().map(|value| Action::Traction(value.as_array()));
         let pressure = self.pressure.as_ref().map(|value| Action::Pressure(value));
@@ -104,7 +111,7 @@ impl Boundary {
         let torque = self.torque.as_ref().map(|value| Action::Torque(value.as_array()));
         let foundation = self.foundation.as_ref().map(|value| Action::Foundation(value));
         let spring = self.spring.as_ref().map(|value| Action::Spring(value));
-        [displacement, roller, gravity, traction, pressure, force, torque, foundation, spring]
+        [displacement, motion, roller, gravity, traction, pressure, force, torque, foundation, spring]
             .into_iter()
             .flatten()
     }

@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 use super::components::Components;
 use crate::contact::obstacle::Obstacle;
 use crate::reader::at::At;
-use crate::reader::function::VaryingAcceleration;
-use crate::reader::function::{Varying, VaryingNumber};
+use crate::reader::function::{Function, Varying, VaryingAcceleration, VaryingNumber};
 use crate::reader::quantity::{Density, Length, Number, Quantity, Rate, Velocity};
+use crate::reader::turn::Turn;
+use crate::tensor::Vector;
 
 /// A rigid body that others touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -108,7 +109,7 @@ impl Rigid {
     }
 }
 
-/// Prescribed motion of a rigid body as functions of time.
+/// Prescribed motion of a rigid body, or of a boundary of a deformable one, as functions of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedMotion {
@@ -120,13 +121,13 @@ pub struct PrescribedMotion {
     pub rotation: Option<At<Rotation>>,
 }
 
-/// Rotation of a rigid body about an axis of fixed direction.
+/// Rotation about an axis of fixed direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rotation {
-    /// Reference point in the reference configuration \[m\], which moves with the translation. The
-    /// centre of the shape if absent: the centre of a sphere, or the given point of a plane or of
-    /// the axis of a cylinder.
+    /// Reference point in the reference configuration \[m\], which moves with the translation. A
+    /// boundary needs it. For a rigid body it is the centre of the shape if absent: the centre of a
+    /// sphere, or the given point of a plane or of the axis of a cylinder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub about: Option<At<Vec<Length>>>,
     /// Direction of the axis in 3D, of any non-zero length. In 2D the axis is z.
@@ -140,5 +141,28 @@ impl PrescribedMotion {
     /// The functions of the displacement, in the order of the directions.
     pub fn components(&self) -> [Option<&Varying<0, 1, 0>>; 3] {
         self.translation.as_ref().map_or([None; 3], |translation| translation.as_array())
+    }
+
+    /// Displacement in a direction \[m\] as a function of the reference point and of time.
+    pub fn along(&self, direction: usize) -> Function {
+        let still = || Function::constant(0.0);
+        let translation = self.components()[direction].map_or_else(still, |given| given.function.clone());
+        let Some(rotation) = &self.rotation else { return translation };
+        let about = rotation.about.as_ref();
+        Function::turn(Turn {
+            component: direction,
+            about: std::array::from_fn(|i| about.and_then(|about| about.get(i)).map_or(0.0, |x| x.value)),
+            axis: rotation.unit_axis(),
+            angle: rotation.angle.function.clone(),
+            translation,
+        })
+    }
+}
+
+impl Rotation {
+    /// Unit vector along the axis; z if there is none.
+    pub fn unit_axis(&self) -> [f64; 3] {
+        let Some(axis) = &self.axis else { return [0.0, 0.0, 1.0] };
+        Vector::<3>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.value)).normalize().into()
     }
 }

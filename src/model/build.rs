@@ -101,6 +101,18 @@ impl<const D: usize> Model<D> {
                 self.rollers.push(Roller { name, set, direction, displacement });
                 return;
             }
+            Action::Motion(motion) => {
+                // Errors of values point to the angle, or else to the component.
+                let rotation = motion.rotation.as_ref();
+                let component = |i: usize| match (rotation, motion.components()[i]) {
+                    (Some(rotation), _) => case.function(&rotation.angle).replaced(motion.along(i)),
+                    (None, Some(translation)) => case.function(translation),
+                    (None, None) => zero(),
+                };
+                let components = std::array::from_fn(|i| Some(component(i)));
+                self.supports.push(Support { name, set, bodies, components });
+                return;
+            }
             Action::Gravity(g) => {
                 LoadKind::BodyForce(std::array::from_fn(|i| g.get(i).map_or_else(zero, |f| case.function(f))))
             }
@@ -219,13 +231,7 @@ fn prescribed<const D: usize>(case: &Case, body: &case::Rigid) -> BodyMotion<D> 
 
 /// Unit axis of a rotation; z without one.
 fn axis_of(rotation: Option<&case::At<case::Rotation>>) -> [f64; 3] {
-    match rotation.and_then(|rotation| rotation.axis.as_ref()) {
-        Some(axis) => {
-            let axis = Vector::<3>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.value));
-            axis.normalize().into()
-        }
-        None => [0.0, 0.0, 1.0],
-    }
+    rotation.map_or([0.0, 0.0, 1.0], |rotation| rotation.unit_axis())
 }
 
 /// The bodies of `rigid`, with the free ones numbered.

@@ -17,6 +17,7 @@ use super::expression::Expression;
 use super::place::Place;
 use super::quantity::{Quantity, Scalar};
 use super::source::Source;
+use super::turn::Turn;
 use super::unit::{self, Dimension};
 
 /// A function of the reference point and of time, in the units of the case.
@@ -30,6 +31,7 @@ enum Form {
     Constant(f64),
     Expression { text: String, parsed: Expression },
     Table(Vec<[f64; 2]>),
+    Turn(Box<Turn<Function>>),
 }
 
 impl Function {
@@ -65,12 +67,18 @@ impl Function {
         Ok(Self { form: Form::Table(rows) })
     }
 
+    /// One component of the displacement by a rotation and a translation. It is written in no case as such.
+    pub fn turn(turn: Turn<Self>) -> Self {
+        Self { form: Form::Turn(Box::new(turn)) }
+    }
+
     /// Value at a reference point \[m\] (zeros beyond the dimension) and a time \[s\].
     pub fn value(&self, point: [f64; 3], t: f64) -> f64 {
         match &self.form {
             Form::Constant(value) => *value,
             Form::Expression { parsed, .. } => parsed.value(point, t),
             Form::Table(rows) => interpolate(rows, t).value,
+            Form::Turn(_) => self.motion(point, t).value,
         }
     }
 
@@ -83,6 +91,7 @@ impl Function {
             Form::Constant(value) => Motion { value: *value, rate: 0.0, second: 0.0 },
             Form::Expression { parsed, .. } => parsed.motion(point, t),
             Form::Table(rows) => interpolate(rows, t),
+            Form::Turn(turn) => turn.motion(point, |function| function.motion(turn.about, t)),
         }
     }
 
@@ -92,6 +101,7 @@ impl Function {
             Form::Constant(_) => true,
             Form::Expression { parsed, .. } => !parsed.varies_in_time(),
             Form::Table(rows) => rows.iter().all(|row| row[1] == rows[0][1]),
+            Form::Turn(turn) => turn.functions().into_iter().all(Function::is_constant_in_time),
         }
     }
 
@@ -102,6 +112,7 @@ impl Function {
             Form::Constant(_) => Vec::new(),
             Form::Expression { parsed, .. } => parsed.kinks(),
             Form::Table(rows) => rows.iter().map(|row| row[0]).collect(),
+            Form::Turn(turn) => turn.functions().into_iter().flat_map(Function::kinks).collect(),
         }
     }
 
@@ -115,6 +126,7 @@ impl Function {
         match &self.form {
             Form::Constant(_) | Form::Table(_) => true,
             Form::Expression { parsed, .. } => !parsed.varies_in_space(),
+            Form::Turn(_) => false,
         }
     }
 
@@ -124,6 +136,7 @@ impl Function {
             Form::Constant(value) => *value == 0.0,
             Form::Expression { .. } => false,
             Form::Table(rows) => rows.iter().all(|row| row[1] == 0.0),
+            Form::Turn(turn) => turn.functions().into_iter().all(Function::is_zero),
         }
     }
 }
@@ -214,6 +227,12 @@ impl PlacedFunction {
         source: &Rc<Source>,
     ) -> Self {
         Self { function: varying.function.clone(), place: varying.place, source: source.clone() }
+    }
+
+    /// Another function with the same place in the case.
+    #[must_use]
+    pub fn replaced(&self, function: Function) -> Self {
+        Self { function, place: self.place, source: self.source.clone() }
     }
 
     /// What is wrong with a value or a motion at a point and an instant.
@@ -318,6 +337,7 @@ impl<const KG: i8, const M: i8, const S: i8> Serialize for Varying<KG, M, S> {
                 map.serialize_entry("table", rows)?;
                 map.end()
             }
+            Form::Turn(_) => Err(serde::ser::Error::custom("a rotation is not a value of a case")),
         }
     }
 }

@@ -24,6 +24,7 @@ pub mod schema;
 pub mod source;
 mod stand_in;
 pub mod tagged;
+pub mod turn;
 pub mod unit;
 pub mod units;
 pub mod up_to;

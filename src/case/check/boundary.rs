@@ -1,6 +1,6 @@
 //! Checks of `boundary`.
 
-use super::super::{Action, Boundary, Directional, Force, Foundation, Roller, Spring};
+use super::super::{Action, Boundary, Directional, Force, Foundation, PrescribedMotion, Roller, Spring};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::function::{Function, Varying};
@@ -16,13 +16,14 @@ impl Check<'_> {
             let does = if actions.is_empty() { "has no action" } else { "has more than one action" };
             self.found.say(name.place, format!("the boundary '{}' {does}", name.value));
             self.found.cure(
-                "give it exactly one of displacement, roller, gravity, traction, pressure, force, torque, foundation, spring",
+                "give it exactly one of displacement, motion, roller, gravity, traction, pressure, force, torque, foundation, spring",
             );
         }
         for action in &actions {
             match action {
                 Action::Displacement(components) => self.components(name, components),
                 Action::Roller(roller) => self.roller(roller),
+                Action::Motion(motion) => self.motion_of_support(name, motion),
                 Action::Gravity(components) => {
                     components.iter().for_each(|component| self.finite(component));
                     boundary.gravity.iter().for_each(|gravity| self.size("gravity", gravity));
@@ -45,7 +46,7 @@ impl Check<'_> {
         let whole = !on.contains('.');
         for action in boundary.actions() {
             let (fits, message) = match action {
-                Action::Displacement(_) => (true, ""),
+                Action::Displacement(_) | Action::Motion(_) => (true, ""),
                 Action::Roller(roller) => {
                     let fits = !whole || roller.direction.is_some();
                     (fits, "a roller without a direction acts on a surface, such as body.set")
@@ -59,6 +60,16 @@ impl Check<'_> {
                 Action::Spring(_) => (!whole, "springs act on the nodes of a set, such as body.set"),
             };
             self.found.require(fits, on.place, message);
+        }
+    }
+
+    /// A support has no centre, so that its rotation needs a point.
+    fn motion_of_support(&mut self, name: &At<String>, motion: &At<PrescribedMotion>) {
+        self.motion(name, motion);
+        if let Some(rotation) = motion.rotation.as_ref().filter(|rotation| rotation.about.is_none()) {
+            self.found.say(rotation.place, "the rotation of a boundary needs a point of its axis");
+            let point = if self.dimension == Some(3) { "[0, 0, 0]" } else { "[0, 0]" };
+            self.found.cure(&format!("write for example about: {point}"));
         }
     }
 
@@ -207,12 +218,15 @@ impl Check<'_> {
     }
 
     pub(super) fn doubly_prescribed(&mut self) {
-        let mut seen: Vec<((&str, usize), &Function)> = Vec::new();
+        let mut seen: Vec<((&str, usize), Function)> = Vec::new();
         for boundary in self.case.boundary.values() {
-            let Some(displacement) = &boundary.displacement else { continue };
-            for (direction, component) in displacement.as_array().into_iter().enumerate() {
-                let Some(component) = component else { continue };
-                let function: &Function = component;
+            let given = boundary.displacement.as_ref().map_or([None; 3], |given| given.as_array());
+            let written = |i: usize| given[i].map(|component| (component.place, component.function.clone()));
+            let moved = |i: usize| boundary.motion.as_ref().map(|motion| (motion.place, motion.along(i)));
+            for direction in 0..self.dimension.unwrap_or(0) {
+                let Some((place, function)) = written(direction).or_else(|| moved(direction)) else {
+                    continue;
+                };
                 for on in boundary.on.names() {
                     let entry = (on.value.as_str(), direction);
                     if seen.iter().any(|(other, motion)| *other == entry && *motion != function) {
@@ -221,9 +235,9 @@ impl Check<'_> {
                         let message = format!(
                             "the displacement {axis} of '{on}' is prescribed twice with different values"
                         );
-                        self.found.say(component.place, message);
+                        self.found.say(place, message);
                     }
-                    seen.push((entry, function));
+                    seen.push((entry, function.clone()));
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Checks of `rigid`.
 
-use super::super::{Degree, FreeMotion, Rigid, Rotation, Strategy};
+use super::super::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, Strategy};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::function::Varying;
@@ -9,10 +9,14 @@ impl Check<'_> {
     pub(super) fn rigid(&mut self, name: &At<String>, body: &Rigid) {
         self.obstacle(&body.shape);
         body.free.iter().for_each(|free| self.free(name, body, free));
-        let Some(motion) = &body.motion else { return };
+        body.motion.iter().for_each(|motion| self.motion(name, motion));
+    }
+
+    /// A prescribed motion has components and depends on time only.
+    pub(super) fn motion(&mut self, name: &At<String>, motion: &At<PrescribedMotion>) {
         if motion.translation.is_none() && motion.rotation.is_none() {
             self.found.say(motion.place, format!("the motion of '{}' is empty", name.value));
-            self.found.cure("give it `translation` or `rotation`, or remove `motion` for a body at rest");
+            self.found.cure("give it `translation` or `rotation`, or remove `motion`");
         }
         let components = motion.components();
         if let Some(translation) = motion.translation.as_ref().filter(|_| components == [None; 3]) {
@@ -192,11 +196,10 @@ impl Check<'_> {
         }
     }
 
-    /// A rigid body has one motion, which does not vary in space.
+    /// A rigid motion is a function of time, which does not vary in space.
     fn of_time<const KG: i8, const M: i8, const S: i8>(&mut self, varying: &Varying<KG, M, S>) {
         if !varying.is_constant_in_space() {
-            self.found
-                .say(varying.place, "a motion or load of a rigid body depends on t only, not on x, y, z");
+            self.found.say(varying.place, "this motion or load depends on t only, not on x, y, z");
             self.found.cure("write an expression in t, or a table");
         }
         self.finite(varying);

@@ -318,7 +318,7 @@ const BROKEN: &[Broken] = &[
         ", displacement: { x: \"1.0 * t\", y: -0.05 }",
         "",
         "23:3",
-        &["'clamp' has no action", "displacement, roller, gravity, traction, pressure"],
+        &["'clamp' has no action", "displacement, motion, roller, gravity, traction, pressure"],
     ),
     (
         "displacement: {",
