@@ -474,7 +474,8 @@ impl<const D: usize> Model<D> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let loads = self.loads.iter().flat_map(|load| load.kind.functions());
         let rigid = self.rigid.iter().flat_map(RigidModel::functions);
-        supports.chain(loads).chain(rigid).flat_map(|function| function.kinks()).collect()
+        let jumps = self.ties.iter().flat_map(|tie| tie.jump.iter().flatten());
+        supports.chain(loads).chain(rigid).chain(jumps).flat_map(|function| function.kinks()).collect()
     }
 }
 
