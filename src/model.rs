@@ -490,7 +490,9 @@ impl<const D: usize> Model<D> {
         let loads = self.loads.iter().flat_map(|load| load.kind.functions());
         let rigid = self.rigid.iter().flat_map(RigidModel::functions);
         let rollers = self.rollers.iter().map(|roller| &roller.displacement);
-        supports.chain(rollers).chain(loads).chain(rigid).flat_map(|function| function.kinks()).collect()
+        let jumps = self.ties.iter().flat_map(|tie| tie.jump.iter().flatten());
+        let functions = supports.chain(rollers).chain(loads).chain(rigid).chain(jumps);
+        functions.flat_map(|function| function.kinks()).collect()
     }
 }
 

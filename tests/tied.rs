@@ -420,3 +420,191 @@ fn an_overhang_stays_free() {
     let output = run(2, &["case.yml", "-o", "out"], &folder).success();
     assert_says(&output.text(), &["tied 'glue'", "50.000 % of 'upper.bottom'", "within"]);
 }
+
+/// Lame constants of the cells.
+const LAME: [f64; 2] = [0.3e6 / (1.3 * 0.4), 0.5e6 / 1.3];
+
+/// A cell whose opposite sides are periodic with jumps, and do not match: the nodes of a side are
+/// shifted along it. One node holds the cell.
+fn cell(dimension: usize, element: &str) -> String {
+    let [corners, maps, zeros] = match dimension {
+        2 => [
+            "min: [0, 0], max: [1, 1], cells: [4, 3]",
+            "x: 'x + 0.3 * y * x * (1 - x)', y: 'y + 0.3 * x * y * (1 - y)'",
+            "x: 0, y: 0",
+        ],
+        _ => [
+            "min: [0, 0, 0], max: [1, 1, 1], cells: [2, 3, 2]",
+            "x: 'x + 0.3 * y * x * (1 - x)', y: 'y + 0.3 * z * y * (1 - y)', z: 'z + 0.3 * x * z * (1 - z)'",
+            "x: 0, y: 0, z: 0",
+        ],
+    };
+    let z = if dimension == 2 { "" } else { " and z < 1e-9" };
+    let mut pairs = String::new();
+    for (axis, sides) in
+        [["left", "right"], SIDES[dimension - 2], ["bottom", "top"]].iter().enumerate().take(dimension)
+    {
+        let offset: Vec<&str> = (0..dimension).map(|i| if i == axis { "1" } else { "0" }).collect();
+        let jump: Vec<String> =
+            (0..dimension).map(|i| format!("{}: '{} * t^2'", ["x", "y", "z"][i], JUMPS[axis][i])).collect();
+        let [contactor, target] = sides;
+        pairs += &format!(
+            "  along_{axis}: {{ contactor: cell.{contactor}, target: cell.{target}, stiffness: 1e9, offset: [{}], jump: {{ {} }} }}\n",
+            offset.join(", "),
+            jump.join(", ")
+        );
+    }
+    format!(
+        "
+dimension: {dimension}
+bodies:
+  cell:
+    mesh: {{ box: {{ {corners}, element: {element}, map: {{ {maps} }} }} }}
+    material: {{ saint_venant_kirchhoff: {{ young_modulus: 1.0e6, poisson_ratio: 0.3 }} }}
+    kinematics: linear
+    sets: {{ corner: {{ of: nodes, where: 'x < 1e-9 and y < 1e-9{z}' }} }}
+tied:
+{pairs}boundary: {{ corner: {{ on: cell.corner, displacement: {{ {zeros} }} }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 2 }} }} }}
+output: {{ fields: {{ every: 1 }} }}
+"
+    )
+}
+
+/// Names of the sides across y, in the plane and in space.
+const SIDES: [[&str; 2]; 2] = [["bottom", "top"], ["front", "back"]];
+
+/// Jump of each pair at the end.
+const JUMPS: [[f64; 3]; 3] = [[0.01, 0.002, -0.001], [0.003, -0.004, 0.002], [0.001, 0.0015, 0.006]];
+
+/// The uniform stress of a cell with bonds of this stiffness: `s = C (J - s / eps)`, with the
+/// symmetric part of the jumps per length.
+fn stress_of_cell(dimension: usize, bond: f64) -> Vec<(usize, f64)> {
+    let [lambda, mu] = LAME;
+    let d = dimension as f64;
+    let softened = |modulus: f64| modulus / (1.0 + modulus / bond);
+    let trace: f64 = (0..dimension).map(|i| JUMPS[i][i]).sum();
+    let entry = |i: usize, j: usize| {
+        let mean = if i == j { trace / d } else { 0.0 };
+        softened(d * lambda + 2.0 * mu) * mean
+            + softened(2.0 * mu) * (0.5 * (JUMPS[i][j] + JUMPS[j][i]) - mean)
+    };
+    match dimension {
+        2 => vec![(0, entry(0, 0)), (1, entry(1, 1)), (3, entry(0, 1))],
+        _ => [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]
+            .iter()
+            .map(|&(i, j)| entry(i, j))
+            .enumerate()
+            .collect(),
+    }
+}
+
+/// A cell with periodic sides, which do not match with elements of first order, has the uniform stress
+/// of its jumps, in the plane and in space. The work of the jumps is the stored energy.
+#[test]
+fn a_periodic_cell_has_the_uniform_stress_of_its_jumps() {
+    for (dimension, element, ranks) in
+        [(2, "quad4", 1), (2, "tri3", 3), (2, "quad9", 1), (3, "hex8", 4), (3, "tet4", 2), (3, "tet10", 1)]
+    {
+        let mut case = cell(dimension, element);
+        // Sides of second order match: shifted nodes would not be in the middle of their edges.
+        if ["quad9", "tet10"].contains(&element) {
+            case = case.replace("0.3 *", "0 *");
+        }
+        // The tolerance of the solver must not hide the error.
+        case += "solver: { linear: direct }\n";
+        let results = Results::of(&case, ranks);
+        let worst = worst_stress(&results, &stress_of_cell(dimension, 1e9));
+        // Points of quadrilaterals that are no parallelograms are found by iteration: 4e-10.
+        let limit = if element == "hex8" { 1e-9 } else { 1e-10 };
+        assert!(worst < limit, "{element}: {worst:.1e}");
+        let energy = results.table("energy.csv");
+        let [work, strain, springs] = ["external_work", "strain", "springs"].map(|name| energy.last(name));
+        assert!(strain > 10.0 && springs > 1e-4 * strain);
+        assert!((work - strain - springs).abs() < 1e-9 * work, "{element}: {work} {strain} {springs}");
+    }
+}
+
+/// Without `stiffness` the stress of a cell is that of its jumps to 1e-4.
+#[test]
+fn periodic_sides_are_stiff() {
+    let results = Results::of(&cell(2, "quad4").replace("stiffness: 1e9, ", ""), 1);
+    let exact = stress_of_cell(2, 1e30);
+    let worst = worst_stress(&results, &exact);
+    assert!(worst < 1e-4, "{worst:.1e}");
+}
+
+/// A laminate of a soft and a stiff layer in shear has the harmonic mean of their shear moduli.
+#[test]
+fn a_laminate_has_its_effective_shear_modulus() {
+    let case = "
+dimension: 2
+bodies:
+  soft:
+    mesh: { box: { min: [0, 0], max: [1, 0.6], cells: [3, 3] } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e6, poisson_ratio: 0.25 } }
+    kinematics: linear
+    sets: { corner: { of: nodes, where: 'x < 1e-9 and y < 1e-9' } }
+  stiff:
+    mesh: { box: { min: [0, 0.6], max: [1, 1], cells: [4, 2] } }
+    material: { saint_venant_kirchhoff: { young_modulus: 2.0e7, poisson_ratio: 0.25 } }
+    kinematics: linear
+tied:
+  glue: { contactor: soft.top, target: stiff.bottom, stiffness: 1e10 }
+  across: { contactor: soft.bottom, target: stiff.top, stiffness: 2e10, offset: [0, 1], jump: { x: '0.01 * t' } }
+  along: { contactor: [soft.left, stiff.left], target: [soft.right, stiff.right], stiffness: 1e10, offset: [1, 0] }
+boundary: { corner: { on: soft.corner, displacement: { x: 0, y: 0 } } }
+time: { end: 1, scheme: { static: { increments: 1 } } }
+";
+    let results = Results::of(case, 2);
+    let across = results.table("reactions.csv").only("boundary", "across");
+    let [soft, stiff] = [1e6 / 2.5, 2e7 / 2.5];
+    let expected = 0.01 / (0.6 / soft + 0.4 / stiff + 1e-10 + 0.5e-10 + 1e-10);
+    let found = across.last("force_x");
+    assert!((found + expected).abs() < 1e-8 * expected, "{found} and {expected}");
+    assert!(across.last("force_y").abs() < 1e-8 * expected);
+}
+
+/// In dynamics the conserving scheme balances the energy of a large periodic shear to rounding, and
+/// the number of ranks does not change the result.
+#[test]
+fn a_periodic_cell_conserves_energy() {
+    let case = cell(2, "quad4")
+        .replace("kinematics: linear", "density: 1000")
+        .replace("scheme: { static: { increments: 2 } }", "step: 0.1, scheme: conserving")
+        .replace("* t^2", "* 30 * t^2");
+    let results = [1, 3].map(|ranks| Results::of(&case, ranks).table("energy.csv"));
+    let energy = &results[0];
+    let [work, numerical] = ["external_work", "numerical"].map(|name| energy.last(name));
+    assert!(work > 1e3 && energy.last("kinetic") > 1.0, "{work}");
+    assert!(numerical.abs() < 1e-7 * work, "{numerical:e} of {work:e}");
+    for column in ["strain", "kinetic", "external_work"] {
+        let [one, other] = [0, 1].map(|k| results[k].last(column));
+        assert!((one - other).abs() < 1e-7 * work, "{column}");
+    }
+}
+
+/// Mistakes with periodic sides are reported with cause and cure.
+#[test]
+fn wrong_periodic_sides_are_refused() {
+    let good = cell(2, "quad4");
+    let rows = [
+        (good.replace("offset: [1, 0]", "offset: [1, 0, 0]"), "2 entries"),
+        (good.replace("offset: [1, 0]", "offset: [0, 0]"), "the offset is zero"),
+        (good.replace("offset: [1, 0]", "offset: [-1, 0]"), "vector from the contactor to the target"),
+        (good.replace("offset: [1, 0], ", ""), "the surfaces must touch"),
+        (good.replace("'0.01 * t^2'", "0.01"), "the jump is 0.01 at t = 0"),
+        (good.replace("'0.01 * t^2'", "'0.01 * x * t'"), "depends on t only"),
+        (good.replace("x: '0.01 * t^2'", "z: '0.01 * t^2'"), "a 2D case has no z"),
+        (good.replace("tied:", "  other:\n    mesh: { box: { min: [1, 0], max: [2, 1], cells: [2, 2] } }\n    material: { saint_venant_kirchhoff: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }\ntied:")
+            .replace("target: cell.right", "target: other.right").replace("offset: [1, 0]", "offset: [2, 0]"), "on parts that are not joined"),
+        (good.replace("displacement: { x: 0, y: 0 }", "displacement: { x: 0 }"), "along y"),
+    ];
+    for (text, words) in rows {
+        let folder = Folder::new("periodic");
+        folder.write("case.yml", &text);
+        let output = run(0, &["case.yml", "-q"], &folder);
+        assert_eq!(output.code, Some(3), "{words}: {}", output.text());
+        assert_says(&output.stderr, &[words]);
+    }
+}

@@ -60,6 +60,9 @@ impl<const D: usize> ContactSystem<D> {
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let over_step = stage.over_step == OverStep::Middle;
+        // Over a step the prescribed jump of ties is the mean of those at its ends.
+        let times =
+            if over_step { [stage.start.time, stage.start.time + stage.dt] } else { [stage.trial.time; 2] };
         let hold = hold(self.continuation.friction, self.split);
         let factor = self.continuation.load_factor;
         let request = ContactRequest {
@@ -94,7 +97,9 @@ impl<const D: usize> ContactSystem<D> {
                 }
             }
             elastic.evaluate(&u, damped.then_some(&v[..]));
-            ties.evaluate(&u);
+            if let Err(error) = ties.evaluate(&u, times) {
+                trouble.get_or_insert(error);
+            }
             springs.fill(0.0);
             elastic.add_springs(springs);
             ties.add_forces(springs);

@@ -2,7 +2,7 @@
 //!
 //! A piece of a body moves as a rigid body by `t + w x (x - c)` about the centre `c` of its nodes,
 //! with 3 motions in 2D and 6 in 3D. The allowed combinations vanish at all prescribed unknowns, do
-//! not strain foundations and springs, and pieces that share a node move it equally. They use the current positions of the nodes, or
+//! not strain foundations, springs and periodic sides, and pieces that share a node move it equally. They use the current positions of the nodes, or
 //! the initial ones if kinematics are linear.
 
 use mpi::collective::SystemOperation;
@@ -223,6 +223,25 @@ impl<const D: usize> Bodies<D> {
                     let terms: Vec<_> = apart.chain((0..count).map(|k| (start + k, -other[k][i]))).collect();
                     add(group, 2, &terms);
                 }
+            }
+        }
+        for restraint in self.ties.restraints() {
+            // All nodes of periodic sides belong to one piece, and the rank owns the first of them.
+            let Some(piece) = places.get(restraint.nodes[0] as usize).and_then(|place| place.piece) else {
+                continue;
+            };
+            let (group, begin) = first(piece);
+            let mut apart = vec![[0.0; D]; count];
+            for (&node, weight) in restraint.nodes.iter().zip(restraint.weights) {
+                let arm = self.place(node as usize, piece, u).arm(&centres[piece].at);
+                for (k, apart) in apart.iter_mut().enumerate() {
+                    let moved = displacement::<D>(k, &arm);
+                    (0..D).for_each(|i| apart[i] += weight / restraint.area * scale(k) * moved[i]);
+                }
+            }
+            for i in 0..D {
+                let terms: Vec<_> = (0..count).map(|k| (begin + k, apart[k][i])).collect();
+                add(group, 2, &terms);
             }
         }
         for felt in self.elastic.felt().filter(|felt| felt.counted) {

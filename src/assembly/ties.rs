@@ -1,7 +1,9 @@
 //! Ties between surfaces whose meshes do not match (theory, section 3.16).
 
 use super::scatter::{LiftTarget, MatrixSink, ScatterMap};
+use crate::case::PlacedFunction;
 use crate::element::ElementSink;
+use crate::error::Result;
 use crate::mesh::Tie;
 use crate::model::TieModel;
 use crate::partition::{IndexMap, LocalMesh};
@@ -17,13 +19,15 @@ struct Patch {
     pairs: Vec<u32>,
     /// Number of nodes of the contactor.
     contactors: Vec<u32>,
+    /// Area of each tie, `A` [m, m^2].
+    areas: Vec<f64>,
     /// Stiffness over area, `eps / A`.
     factors: Vec<f64>,
     /// The same, at most as stiff as an element beneath.
     soft: Vec<f64>,
     /// Whether this rank counts the tie in sums over all ranks.
     counted: Vec<bool>,
-    /// `eps sum_a w_a u_a / A` of each tie at the last evaluation \[Pa\].
+    /// `eps (sum_a w_a u_a / A + g)` of each tie at the last evaluation \[Pa\].
     tractions: Vec<f64>,
 }
 
@@ -41,12 +45,30 @@ impl Patch {
         }
         sum
     }
+
+    /// Traction `eps (sum_a w_a u_a / A + g)` with the prescribed jumps `g` \[m\] of all pairs \[Pa\].
+    fn traction<const D: usize>(&self, tie: usize, u: &[f64], jumps: &[[f64; D]]) -> [f64; D] {
+        let sum = self.sum::<D>(tie, u);
+        let jump = jumps[self.pairs[tie] as usize];
+        std::array::from_fn(|i| self.factors[tie] * (sum[i] + self.areas[tie] * jump[i]))
+    }
+}
+
+/// A tie that resists rotations, because its sides are apart.
+pub(super) struct Restraint<'a> {
+    pub nodes: &'a [u32],
+    pub weights: &'a [f64],
+    pub area: f64,
 }
 
 /// All ties at the nodes of a rank.
 pub struct Ties<const D: usize> {
     patches: Vec<Patch>,
     names: Vec<String>,
+    /// Prescribed jump of each pair.
+    jumps: Vec<[Option<PlacedFunction>; 3]>,
+    /// Whether the sides of each pair are apart.
+    periodic: Vec<bool>,
     /// Number of nodes that the rank owns.
     owned: usize,
 }
@@ -73,6 +95,7 @@ impl<const D: usize> Ties<D> {
                 weights: of_width().flat_map(|tie| tie.weights.iter().copied()).collect(),
                 pairs: of_width().map(|tie| tie.pair).collect(),
                 contactors: of_width().map(|tie| tie.contactor).collect(),
+                areas: of_width().map(|tie| tie.area).collect(),
                 factors: of_width().map(factor).collect(),
                 soft: of_width().map(soft).collect(),
                 counted: of_width().map(|tie| local.index.owns(tie.nodes[0])).collect(),
@@ -82,6 +105,8 @@ impl<const D: usize> Ties<D> {
         Self {
             patches: widths.into_iter().map(patch).collect(),
             names: pairs.iter().map(|pair| pair.name.clone()).collect(),
+            jumps: pairs.iter().map(|pair| pair.jump.clone()).collect(),
+            periodic: pairs.iter().map(|pair| pair.offset.is_some()).collect(),
             owned: local.index.owned,
         }
     }
@@ -96,16 +121,75 @@ impl<const D: usize> Ties<D> {
         self.patches.iter_mut().for_each(|patch| patch.map.relocate(pattern, index));
     }
 
-    /// Evaluates the tractions at the local displacement `u` \[m\].
-    pub(super) fn evaluate(&mut self, u: &[f64]) {
+    /// Prescribed jump of each pair at a time \[m\].
+    ///
+    /// # Errors
+    /// A value is not finite, at its position in the case.
+    fn jumps_at(&self, time: f64) -> Result<Vec<[f64; D]>> {
+        let of_pair = |functions: &[Option<PlacedFunction>; 3]| {
+            let mut jump = [0.0; D];
+            for (jump, function) in jump.iter_mut().zip(functions) {
+                let Some(function) = function else { continue };
+                let motion = function.motion([0.0; 3], time);
+                function.require_sound(&motion, &[0.0; D], time)?;
+                *jump = motion.value;
+            }
+            Ok(jump)
+        };
+        self.jumps.iter().map(of_pair).collect()
+    }
+
+    /// Evaluates the tractions at the local displacement `u` \[m\], with the mean of the prescribed
+    /// jumps at two times.
+    ///
+    /// # Errors
+    /// A prescribed jump is not finite, at its position in the case.
+    pub(super) fn evaluate(&mut self, u: &[f64], times: [f64; 2]) -> Result<()> {
+        let [mut jumps, others] = [self.jumps_at(times[0])?, self.jumps_at(times[1])?];
+        for (jump, other) in jumps.iter_mut().flatten().zip(others.iter().flatten()) {
+            *jump = 0.5 * (*jump + other);
+        }
         for patch in &mut self.patches {
             for tie in 0..patch.factors.len() {
-                let sum = patch.sum::<D>(tie, u);
-                let factor = patch.factors[tie];
-                let traction = &mut patch.tractions[tie * D..][..D];
-                traction.iter_mut().zip(sum).for_each(|(traction, sum)| *traction = factor * sum);
+                let traction = patch.traction(tie, u, &jumps);
+                patch.tractions[tie * D..][..D].copy_from_slice(&traction);
             }
         }
+        Ok(())
+    }
+
+    /// Work of the prescribed jumps on the ties that this rank counts, from the displacement `before`
+    /// at the time `start` to `u` at the time `end` \[J\]. Ties are linear, so the trapezoidal rule
+    /// takes exactly the energy that they store or give to the bodies.
+    ///
+    /// # Errors
+    /// A prescribed jump is not finite, at its position in the case.
+    pub fn work_of_jumps(&self, before: &[f64], start: f64, u: &[f64], end: f64) -> Result<f64> {
+        let jumps = [self.jumps_at(start)?, self.jumps_at(end)?];
+        let of_patch = |patch: &Patch| -> f64 {
+            let work = |tie: usize| -> f64 {
+                let pair = patch.pairs[tie] as usize;
+                let tractions = [patch.traction(tie, before, &jumps[0]), patch.traction(tie, u, &jumps[1])];
+                let moved = |i: usize| jumps[1][pair][i] - jumps[0][pair][i];
+                let mean = |i: usize| 0.5 * (tractions[0][i] + tractions[1][i]);
+                patch.areas[tie] * (0..D).map(|i| mean(i) * moved(i)).sum::<f64>()
+            };
+            (0..patch.factors.len()).filter(|&tie| patch.counted[tie]).map(work).sum()
+        };
+        Ok(self.patches.iter().map(of_patch).sum())
+    }
+
+    /// Ties that this rank counts and whose sides are apart.
+    pub(super) fn restraints(&self) -> impl Iterator<Item = Restraint<'_>> {
+        self.patches.iter().flat_map(|patch| {
+            let counts = |&tie: &usize| patch.counted[tie] && self.periodic[patch.pairs[tie] as usize];
+            let restraint = |tie: usize| Restraint {
+                nodes: patch.map.nodes(tie),
+                weights: patch.weights(tie),
+                area: patch.areas[tie],
+            };
+            (0..patch.factors.len()).filter(counts).map(restraint)
+        })
     }
 
     /// Adds the forces at the last evaluation, `w_a t`, to owned rows \[N\].
@@ -150,16 +234,21 @@ impl<const D: usize> Ties<D> {
         }
     }
 
-    /// Energy of the ties that this rank counts, `A eps jump^2 / 2` \[J\].
-    pub fn stored_energy(&self, u: &[f64]) -> f64 {
+    /// Energy of the ties that this rank counts, `A |t|^2 / (2 eps)`, at a displacement \[m\] and a time
+    /// \[J\].
+    ///
+    /// # Errors
+    /// A prescribed jump is not finite, at its position in the case.
+    pub fn stored_energy(&self, u: &[f64], time: f64) -> Result<f64> {
+        let jumps = self.jumps_at(time)?;
         let of_patch = |patch: &Patch| -> f64 {
             let energy = |tie: usize| {
-                let square: f64 = patch.sum::<D>(tie, u).iter().map(|sum| sum * sum).sum();
-                0.5 * patch.factors[tie] * square
+                let square: f64 = patch.traction(tie, u, &jumps).iter().map(|t| t * t).sum();
+                0.5 * square / patch.factors[tie]
             };
             (0..patch.factors.len()).filter(|&tie| patch.counted[tie]).map(energy).sum()
         };
-        self.patches.iter().map(of_patch).sum()
+        Ok(self.patches.iter().map(of_patch).sum())
     }
 
     /// Marks the owned nodes of ties.

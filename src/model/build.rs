@@ -184,6 +184,12 @@ fn tie(case: &Case, bodies: &[Body], name: &str, tied: &case::Tied) -> TieModel 
         target: tied.target.value.clone(),
         stiffness: tied.stiffness.map(|stiffness| stiffness.value),
         within: tied.within.map(|within| within.value),
+        offset: tied.offset.as_ref().map(|offset| lengths(offset)),
+        jump: tied
+            .jump
+            .as_ref()
+            .map_or([None; 3], |jump| jump.as_array())
+            .map(|f| f.map(|f| case.function(f))),
         softer: both.map(|body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min),
     }
 }

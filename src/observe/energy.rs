@@ -500,9 +500,11 @@ impl EnergyLedger {
         system.imbalance(stage, &mut self.reactions)?;
         let u = stage.trial.u.local();
         let strain = system.bodies().strain_energy(&u);
-        let springs =
-            system.bodies().elastic_supports().stored_energy(&u) + system.bodies().ties().stored_energy(&u);
+        let ties = system.bodies().ties();
+        let springs = system.bodies().elastic_supports().stored_energy(&u)
+            + ties.stored_energy(&u, stage.trial.time)?;
         let mut own = StepEnergies { strain, springs, ..StepEnergies::default() };
+        own.work += ties.work_of_jumps(&stage.start.u.local(), stage.start.time, &u, stage.trial.time)?;
         (own.kinetic, self.momentum) = self.motion(system, stage)?;
         let mut by_contact: Vec<ContactEnergy> = Vec::with_capacity(system.contacts().len());
         for contact in system.contacts() {

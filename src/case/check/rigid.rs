@@ -197,7 +197,7 @@ impl Check<'_> {
     }
 
     /// A rigid motion is a function of time, which does not vary in space.
-    fn of_time<const KG: i8, const M: i8, const S: i8>(&mut self, varying: &Varying<KG, M, S>) {
+    pub(super) fn of_time<const KG: i8, const M: i8, const S: i8>(&mut self, varying: &Varying<KG, M, S>) {
         if !varying.is_constant_in_space() {
             self.found.say(varying.place, "this motion or load depends on t only, not on x, y, z");
             self.found.cure("write an expression in t, or a table");

@@ -13,7 +13,7 @@ const COVERED: f64 = 1e-10;
 
 /// Two surfaces that are tied in the reference configuration.
 #[derive(Debug, Clone, Copy)]
-pub struct TiedSurfaces<'a> {
+pub struct TiedSurfaces<'a, const D: usize> {
     /// Number of the pair.
     pub pair: u32,
     /// Facets of the contactor, whose vertices carry the ties.
@@ -23,6 +23,8 @@ pub struct TiedSurfaces<'a> {
     /// Points up to this distance apart are tied; the weight of points farther apart falls to zero
     /// at twice the distance \[m\].
     pub within: f64,
+    /// Vector from the contactor to the target in the reference configuration \[m\]; zero if they touch.
+    pub offset: Vector<D>,
     /// Stiffness per reference area [Pa/m].
     pub stiffness: f64,
     /// Stiffness per area of an element beneath the contactor [Pa/m].
@@ -55,10 +57,10 @@ fn add(list: &mut Vec<(u32, f64)>, node: u32, weight: f64) {
     }
 }
 
-impl TiedSurfaces<'_> {
+impl<const D: usize> TiedSurfaces<'_, D> {
     /// Integrates over the segments that the two surfaces share in the reference configuration of
     /// the whole mesh. Facets that share a node, as at the tip of a crack, are not tied.
-    pub fn ties<const D: usize>(&self, mesh: &Mesh<D>) -> SurfaceTies {
+    pub fn ties(&self, mesh: &Mesh<D>) -> SurfaceTies {
         let number: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let mine = vec![true; number.len()];
         let all = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &number };
@@ -81,7 +83,7 @@ impl TiedSurfaces<'_> {
             let origin = reference[0];
             placed.clear();
             placed.extend(reference.iter().map(|x| x - origin));
-            let around = Bounds::of_facet(facet.kind, reference.iter().map(|&x| x.into()));
+            let around = Bounds::of_facet(facet.kind, reference.iter().map(|&x| (x + self.offset).into()));
             let mut near: Vec<u32> = tree.meeting(&around.inflate(2.0 * self.within)).collect();
             near.sort_unstable();
             for target in near {
@@ -91,7 +93,8 @@ impl TiedSurfaces<'_> {
                     continue;
                 }
                 others.clear();
-                others.extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize]) - origin));
+                let back = origin + self.offset;
+                others.extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize]) - back));
                 let pair = FacetPair {
                     contactor: PlacedFacet { kind: facet.kind, nodes: &placed },
                     target: Opposite::Facet(PlacedFacet { kind: mesh.facet_kind(target), nodes: &others }),
