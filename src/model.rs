@@ -7,6 +7,7 @@ mod intrusion;
 mod meshes;
 mod overlap;
 mod places;
+pub mod regions;
 mod sets;
 mod ties;
 
@@ -19,9 +20,8 @@ use crate::contact::normal::NormalLaw;
 use crate::contact::obstacle::Shape;
 use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::RigidTarget;
-use crate::element::{Formulation, Kinematics};
+use crate::element::Kinematics;
 use crate::error::Result;
-use crate::material::{Moduli, PronySeries};
 use crate::mesh::Mesh;
 use crate::tensor::{Tensor, Vector};
 
@@ -58,26 +58,35 @@ pub struct Model<const D: usize> {
 pub struct Body {
     /// Name in the case file.
     pub name: String,
-    /// Material law, kinematics, locking treatment and density.
-    pub formulation: Formulation,
+    /// Its materials: that of the elements in no region, and those of the regions.
+    pub materials: Vec<BodyMaterial>,
     /// Distribution of its mass.
     pub mass: MassChoice,
     /// Rayleigh damping; `None` without damping.
     pub damping: Option<RayleighFactors>,
-    /// Prony series of the deviator; `None` for an elastic body.
-    pub series: Option<Rc<PronySeries>>,
-    /// Young's modulus \[Pa\], the reference for penalties.
-    pub young_modulus: f64,
     /// Initial velocity \[m/s\], one function per component; empty for a body at rest.
     pub initial_velocity: Vec<PlacedFunction>,
 }
 
 impl Body {
-    /// Moduli at small strain against a sudden deformation, which waves meet.
-    pub fn sudden_moduli(&self) -> Moduli<f64> {
-        let given = self.formulation.moduli();
-        let stiffer = self.series.as_ref().map_or(1.0, |series| series.relaxation(0.0));
-        Moduli::of_shear_and_bulk(stiffer * given.mu, given.bulk())
+    /// Strain measure of all its elements.
+    pub fn kinematics(&self) -> Kinematics {
+        self.materials.first().map_or(Kinematics::Finite, |material| material.formulation.kinematics)
+    }
+
+    /// Whether all its elements have mass.
+    pub fn has_mass(&self) -> bool {
+        self.materials.iter().all(|material| material.formulation.density > 0.0)
+    }
+
+    /// Smallest Young's modulus \[Pa\].
+    pub fn softest_modulus(&self) -> f64 {
+        self.materials.iter().map(|material| material.young_modulus).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Name of a material in messages and tables: that of the body, and the region.
+    pub fn material_name<'a>(&'a self, material: &'a BodyMaterial) -> &'a str {
+        material.set.as_deref().unwrap_or(&self.name)
     }
 }
 
@@ -195,6 +204,7 @@ impl MassChoice {
 
 /// Treatment of points that penetrate before the start.
 pub use case::InitialOverclosure;
+pub use regions::BodyMaterial;
 
 /// Target of a contact.
 #[derive(Debug, Clone)]
@@ -457,7 +467,7 @@ impl<const D: usize> Model<D> {
     /// Whether forces that conserve over a step have a symmetric matrix: all kinematics are linear,
     /// and all targets are flat and do not rotate.
     pub fn has_symmetric_steps(&self) -> bool {
-        let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
+        let linear = |body: &Body| body.kinematics() == Kinematics::Linear;
         let flat = |contact: &ContactModel<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
         let rotates = self.rigid.iter().any(RigidModel::rotates);
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat) && !rotates
@@ -465,7 +475,8 @@ impl<const D: usize> Model<D> {
 
     /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic or a free rigid body.
     pub fn may_conserve(&self) -> bool {
-        self.free_bodies().next().is_none() && self.bodies.iter().all(|body| body.series.is_none())
+        self.free_bodies().next().is_none()
+            && self.bodies.iter().flat_map(|body| &body.materials).all(|material| material.series.is_none())
     }
 
     /// The free rigid bodies with their names, in the order of their indices.

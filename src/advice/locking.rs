@@ -31,9 +31,14 @@ pub fn cures<const D: usize>(
     let mut all = vec![0u8; own.len()];
     system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
     let of_body = |(body, has): (&crate::model::Body, &[u8])| {
-        let formulation = &body.formulation;
         let kinds = ElementKind::ALL.into_iter().filter(|&kind| has[kind as usize] > 0);
-        kinds.map(|kind| (kind, formulation.locking.on(kind, &formulation.moduli()))).collect()
+        let of_kind = |kind| {
+            let formulations = body.materials.iter().map(|material| &material.formulation);
+            formulations.map(move |formulation| (kind, formulation.locking.on(kind, &formulation.moduli())))
+        };
+        let mut found: Vec<(ElementKind, Locking)> = kinds.flat_map(of_kind).collect();
+        found.dedup();
+        found
     };
     model.bodies.iter().zip(all.chunks_exact(kinds)).map(of_body).collect()
 }
@@ -50,7 +55,9 @@ fn locked_bodies<const D: usize>(
             !Locking::SelectiveReduced.offered(*kind) && !Locking::MeanDilatation.offered(*kind)
         };
         let kinds = kinds.iter().map(|(kind, _)| *kind).filter(bad);
-        let kinds = kinds.filter(|_| locks(&body.formulation.moduli())).collect::<Vec<_>>();
+        let locks = body.materials.iter().any(|material| locks(&material.formulation.moduli()));
+        let mut kinds = kinds.filter(|_| locks).collect::<Vec<_>>();
+        kinds.dedup();
         (body.name.clone(), kinds)
     });
     with_kinds.filter(|(_, kinds)| !kinds.is_empty()).collect()
@@ -78,8 +85,10 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
             Locking::SelectiveReduced => matches!(kind, ElementKind::Quad8 | ElementKind::Hex20),
             Locking::Auto | Locking::None => kind.order() > 1,
         };
-        let kinds: Vec<&str> = kinds.iter().filter(poor).map(|(kind, _)| kind.name()).collect();
-        let ratio = body.formulation.moduli().poisson_ratio();
+        let mut kinds: Vec<&str> = kinds.iter().filter(poor).map(|(kind, _)| kind.name()).collect();
+        kinds.dedup();
+        let ratios = body.materials.iter().map(|material| material.formulation.moduli().poisson_ratio());
+        let ratio = ratios.fold(0.0, f64::max);
         (ratio > NOISY - ROUNDING && !kinds.is_empty()).then(|| {
             format!(
                 "pressures of {} elements of '{}' may be inaccurate at a Poisson's ratio of {NOISY} or more: \

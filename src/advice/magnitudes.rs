@@ -18,12 +18,14 @@ const TONNES: &str = " For a case in mm, t, s write `units: { length: mm, mass: 
 /// A remark for each implausible number.
 pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
     let is_dynamic = system.bodies().is_dynamic();
-    let heavy = model.bodies.iter().filter(|body| is_dynamic && body.formulation.density > 0.0);
-    let waves = heavy.filter_map(|body| {
-        let formulation = &body.formulation;
-        let speed = (body.sudden_moduli().uniaxial_strain() / formulation.density).sqrt();
+    let materials =
+        model.bodies.iter().flat_map(|body| body.materials.iter().map(move |material| (body, material)));
+    let heavy = materials.filter(|(_, material)| is_dynamic && material.formulation.density > 0.0);
+    let waves = heavy.filter_map(|(body, material)| {
+        let formulation = &material.formulation;
+        let speed = (material.sudden_moduli().uniaxial_strain() / formulation.density).sqrt();
         let in_si = speed * model.units.si_value("m/s");
-        let name = &body.name;
+        let name = body.material_name(material);
         (!WAVE_SPEEDS.contains(&in_si)).then(|| {
             let unit = model.units.of("m/s");
             let in_mm = model.units.is_si() && WAVE_SPEEDS.contains(&(1e-3 * speed));

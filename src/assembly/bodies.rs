@@ -25,6 +25,7 @@ use crate::element::{ElementStress, Inverted, Kinematics, ViscousEnergies, Visco
 use crate::error::{Error, Result, agree};
 use crate::material::{Overstress, PronySeries};
 use crate::mesh::spelled;
+use crate::model::regions::material_of_elements;
 use crate::model::{Body, Model};
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, Session, Vector};
@@ -44,12 +45,14 @@ impl NamedBody {
     }
 }
 
-/// A body with viscous branches.
+/// A material of a body with viscous branches.
 pub(super) struct ViscousBody {
     /// Number among the viscous bodies.
     pub number: usize,
     /// Index of the body.
     pub body: usize,
+    /// Index of the material among those of the body.
+    pub material: usize,
     /// Its Prony series.
     pub series: Rc<PronySeries>,
     name: String,
@@ -62,16 +65,22 @@ impl ViscousBody {
     }
 }
 
-/// The viscous bodies of the model.
+/// The viscous materials of all bodies of the model.
 fn viscous_bodies<const D: usize>(model: &Model<D>) -> Vec<ViscousBody> {
-    let series = |(body, of): (usize, &Body)| of.series.clone().map(|series| (body, of.name.clone(), series));
-    let found = model.bodies.iter().enumerate().filter_map(series).enumerate();
-    found.map(|(number, (body, name, series))| ViscousBody { number, body, series, name }).collect()
+    let mut found: Vec<ViscousBody> = Vec::new();
+    for (body, of) in model.bodies.iter().enumerate() {
+        for (material, its) in of.materials.iter().enumerate() {
+            let Some(series) = its.series.clone() else { continue };
+            let name = of.material_name(its).to_owned();
+            found.push(ViscousBody { number: found.len(), body, material, series, name });
+        }
+    }
+    found
 }
 
 /// Names and kinematics of the bodies of the model.
 fn named_bodies<const D: usize>(model: &Model<D>) -> Vec<NamedBody> {
-    let named = |body: &Body| NamedBody { name: body.name.clone(), kinematics: body.formulation.kinematics };
+    let named = |body: &Body| NamedBody { name: body.name.clone(), kinematics: body.kinematics() };
     model.bodies.iter().map(named).collect()
 }
 
@@ -122,6 +131,8 @@ pub struct Bodies<const D: usize> {
     pub(super) redistribution: Option<Redistribution>,
     pub(super) inertia: bool,
     damped: bool,
+    /// Whether a body has regions with materials of their own.
+    has_regions: bool,
     /// The free rigid bodies.
     pub(super) free: FreeBodies<D>,
     /// The viscous bodies.
@@ -153,7 +164,8 @@ impl<const D: usize> Bodies<D> {
         free_rigid.mark_held(supports.dofs.held.axes_mut());
         let pattern = Rc::new(pattern_of_elements(&local));
         let held = &supports.dofs.held;
-        let solids = agree(world, solids(&local, &physics(model), &pattern, held))?;
+        let materials = material_of_elements(&model.bodies, &local.mesh);
+        let solids = agree(world, solids(&local, &physics(model), &materials, &pattern, held))?;
         let elastic = ElasticSupports::new(&model.elastic_supports, &local, &pattern, held, inertia);
         let elastic = agree(world, elastic)?;
         let ties = Ties::new(&local, &model.ties, &pattern, held);
@@ -177,6 +189,7 @@ impl<const D: usize> Bodies<D> {
             inertia,
             viscous: viscous_bodies(model),
             relaxes: false,
+            has_regions: model.bodies.iter().any(|body| body.materials.len() > 1),
             damped: inertia && model.bodies.iter().any(|body| body.damping.is_some()),
             pattern: pattern.clone(),
             names: named_bodies(model),
@@ -218,7 +231,7 @@ impl<const D: usize> Bodies<D> {
         &self.local
     }
 
-    /// The elements of this rank, by body and kind.
+    /// The elements of this rank, by body, material and kind.
     pub fn solids(&self) -> &[SolidElements<D>] {
         &self.solids
     }
@@ -284,6 +297,11 @@ impl<const D: usize> Bodies<D> {
     /// Whether the bodies have inertia.
     pub fn is_dynamic(&self) -> bool {
         self.inertia
+    }
+
+    /// Whether a body has regions with materials of their own.
+    pub fn has_regions(&self) -> bool {
+        self.has_regions
     }
 
     /// Whether a body is damped.
@@ -363,7 +381,9 @@ impl<const D: usize> Bodies<D> {
 
     /// The groups of elements with viscous branches, each with its body.
     pub(super) fn viscous_groups(&self) -> impl Iterator<Item = (&SolidElements<D>, &ViscousBody)> {
-        let body = |solid: &SolidElements<D>| self.viscous.iter().find(|body| body.body == solid.body);
+        let body = |solid: &SolidElements<D>| {
+            self.viscous.iter().find(|body| (body.body, body.material) == (solid.body, solid.material))
+        };
         self.solids.iter().filter_map(move |solid| Some((solid, body(solid)?)))
     }
 

@@ -14,6 +14,7 @@ use super::supports::Supports;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
+use crate::model::regions::softest_beneath;
 use crate::model::{self, MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
@@ -30,19 +31,21 @@ pub(super) struct FreeBody {
     pub words: String,
 }
 
-/// Laws and masses of the bodies.
-pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
-    let body = |body: &crate::model::Body| BodyPhysics {
-        formulation: body.formulation,
+/// Laws and masses of the materials of each body.
+pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<Vec<BodyPhysics>> {
+    let physics = |body: &model::Body, material: &model::BodyMaterial| BodyPhysics {
+        formulation: material.formulation,
         mass: match body.mass {
             MassChoice::Consistent => MassKind::Consistent,
             MassChoice::Lumped => MassKind::Lumped,
             MassChoice::Redistributed | MassChoice::RedistributedIfPossible => MassKind::Redistributed,
         },
         damping: body.damping,
-        series: body.series.clone(),
+        series: material.series.clone(),
     };
-    model.bodies.iter().map(body).collect()
+    let of_body =
+        |body: &model::Body| body.materials.iter().map(|material| physics(body, material)).collect();
+    model.bodies.iter().map(of_body).collect()
 }
 
 /// Creates the displacement boundaries and rollers. Collective.
@@ -74,11 +77,12 @@ pub(super) fn supports<const D: usize>(
 pub(super) fn contacts<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
+    bodies: &[model::Body],
     wanted: &[model::ContactModel<D>],
 ) -> Result<Vec<LocalContact<D>>> {
     let mut contacts = Vec::with_capacity(wanted.len());
     for contact in wanted {
-        let measures = measures(world, local, contact)?;
+        let measures = measures(world, local, bodies, contact)?;
         contacts.push(agree(world, LocalContact::new(contact, &measures, local))?);
     }
     Ok(contacts)
@@ -88,18 +92,21 @@ pub(super) fn contacts<const D: usize>(
 fn measures<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
+    bodies: &[model::Body],
     contact: &crate::model::ContactModel<D>,
 ) -> Result<Measures> {
     let contactor = agree(world, facets_of(local, &contact.contactor))?;
     let mut own = size_of(local, contactor).to_vec();
     let mut most = vec![extent_of(local, contactor)];
     let mut depth = f64::MAX;
-    if let Target::Surface { set, bodies } = &contact.target {
+    let mut softer = softest_beneath(bodies, &local.mesh, contactor);
+    if let Target::Surface { set, bodies: owners } = &contact.target {
         let target = agree(world, facets_of(local, set))?;
+        softer = softer.min(softest_beneath(bodies, &local.mesh, target));
         own.extend(size_of(local, target));
         most.push(extent_of(local, target));
         // A body in contact with itself may be folded, and is then thinner than the box around it.
-        let thinner = match *bodies == contact.bodies {
+        let thinner = match *owners == contact.bodies {
             true => height(world, local, contactor).min(height(world, local, target)),
             false => {
                 let all = contact.all_bodies().into_iter();
@@ -123,7 +130,9 @@ fn measures<const D: usize>(
     let radii = SearchRadii { facet, depth };
     let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
     let facet_size = length(total[0], total[1]);
-    Ok(Measures { facet_size, radii })
+    let mut softest = 0.0;
+    world.all_reduce_into(&softer, &mut softest, SystemOperation::min());
+    Ok(Measures { facet_size, softer: softest, radii })
 }
 
 /// Shortest side of the box around a body \[m\]. Collective.
@@ -256,7 +265,7 @@ pub(super) fn loads<const D: usize>(
     pattern: &BlockPattern,
     held: &Held<D>,
 ) -> Result<External<D>> {
-    let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
+    let kinematics: Vec<Kinematics> = model.bodies.iter().map(model::Body::kinematics).collect();
     External::new(
         world,
         &model.loads,
@@ -292,7 +301,8 @@ const ABOVE_ROUNDING: f64 = 1e-4;
 
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` \[N/m\].
 pub(super) fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalMesh<D>) -> f64 {
-    let stiffest = model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max);
+    let materials = model.bodies.iter().flat_map(|body| &body.materials);
+    let stiffest = materials.map(|material| material.young_modulus).fold(0.0, f64::max);
     let softest = model.contacts.iter().map(|contact| contact.softer).fold(stiffest, f64::min);
     let size = extent / f64::from(local.index.total.max(1)).powf(1.0 / D as f64);
     stiffest.min(SOFTER * softest).max(ABOVE_ROUNDING * stiffest) * size.powi(D as i32 - 2)

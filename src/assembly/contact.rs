@@ -61,6 +61,8 @@ pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Resu
 pub struct Measures {
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
+    /// Smallest Young's modulus of the elements beneath the facets of both sides \[Pa\].
+    pub softer: f64,
     /// Lengths of the contact search.
     pub radii: SearchRadii,
 }
@@ -80,7 +82,7 @@ impl<const D: usize> LocalContact<D> {
         let law = ContactLaw {
             normal: contact
                 .normal
-                .completed(&PressedSide { young_modulus: contact.softer, facet_size: measures.facet_size }),
+                .completed(&PressedSide { young_modulus: measures.softer, facet_size: measures.facet_size }),
             friction: contact.friction,
             damping: contact.damping,
         };
@@ -108,7 +110,7 @@ impl<const D: usize> LocalContact<D> {
             target_name: contact.target_name.clone(),
             bodies: contact.all_bodies(),
             facet_size: measures.facet_size,
-            beneath: contact.softer / measures.facet_size,
+            beneath: measures.softer / measures.facet_size,
             tolerance: None,
             stiffening: 1.0,
         })

@@ -252,10 +252,13 @@ impl StoredState {
         let table = self.tables.get(1 + self.contacts + body.number);
         let table = table.ok_or_else(|| Error::internal("a checkpoint without a viscous body"))?;
         let values = table.block(columns)?;
-        // The rows are those of all groups of the body.
+        // The rows are those of all groups of the material.
         let before = bodies.solids.iter().take_while(|other| !std::ptr::eq(*other, solid));
         let rows = |solid: &SolidElements<D>| solid.group.elements().len() * solid.group.full_points();
-        let first: usize = before.filter(|other| other.body == solid.body).map(rows).sum();
+        let first: usize = before
+            .filter(|other| (other.body, other.material) == (solid.body, solid.material))
+            .map(rows)
+            .sum();
         let width = columns.len();
         Ok(values[first * width..(first + rows(solid)) * width].to_vec())
     }

@@ -67,7 +67,7 @@ impl Redistribution {
     ) -> Result<Option<Self>> {
         let wants = |body: &usize| {
             let body = &model.bodies[*body];
-            body.mass.spares_contact() && body.formulation.density > 0.0
+            body.mass.spares_contact() && body.has_mass()
         };
         let wanting: BTreeSet<usize> = (0..model.bodies.len()).filter(wants).collect();
         if wanting.is_empty() {

@@ -26,7 +26,7 @@ pub enum MassKind {
     Redistributed,
 }
 
-/// Elements of one kind and body, with the positions of their entries.
+/// Elements of one kind, body and material, with the positions of their entries.
 pub struct SolidElements<const D: usize> {
     /// The kernel.
     pub group: ElementGroup<D>,
@@ -40,9 +40,11 @@ pub struct SolidElements<const D: usize> {
     pub viscous: Option<ViscousElements>,
     /// Index of the body.
     pub body: usize,
+    /// Index of the material among those of the body.
+    pub material: usize,
 }
 
-/// Physical model of one body.
+/// Physical model of one material of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyPhysics {
     /// Law, kinematics, locking, density.
@@ -55,26 +57,27 @@ pub struct BodyPhysics {
     pub series: Option<Rc<PronySeries>>,
 }
 
-/// Creates the solids of a rank: one group for each body and kind of element, with elements in
-/// local order.
+/// Creates the solids of a rank: one group for each body, material and kind of element, with elements in
+/// local order. `materials` has the index of the material of each element among those of its body.
 ///
 /// # Errors
 /// If a formulation does not fit its elements.
 pub fn solids<const D: usize>(
     local: &LocalMesh<D>,
-    bodies: &[BodyPhysics],
+    bodies: &[Vec<BodyPhysics>],
+    materials: &[u16],
     pattern: &BlockPattern,
     held: &Held<D>,
 ) -> Result<Vec<SolidElements<D>>> {
-    let mut groups: BTreeMap<(u16, ElementKind), Vec<u32>> = BTreeMap::new();
+    let mut groups: BTreeMap<(u16, u16, ElementKind), Vec<u32>> = BTreeMap::new();
     for (element, (&body, &kind)) in local.mesh.body.iter().zip(&local.mesh.kinds).enumerate() {
-        groups.entry((body, kind)).or_default().push(element as u32);
+        groups.entry((body, materials[element], kind)).or_default().push(element as u32);
     }
     let mut solids = Vec::with_capacity(groups.len());
-    for ((body, kind), elements) in groups {
+    for ((body, material, kind), elements) in groups {
         let nodes = elements.iter().flat_map(|&e| local.mesh.element_nodes(e as usize)).copied().collect();
         let map = ScatterMap::new::<D>(kind.nodes(), nodes, pattern, &local.index, held);
-        let physics = &bodies[usize::from(body)];
+        let physics = &bodies[usize::from(body)][usize::from(material)];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;
         solids.push(SolidElements {
             group,
@@ -83,6 +86,7 @@ pub fn solids<const D: usize>(
             damping: physics.damping,
             viscous: physics.series.clone().map(ViscousElements::new),
             body: usize::from(body),
+            material: usize::from(material),
         });
     }
     Ok(solids)

@@ -115,7 +115,7 @@ impl<const D: usize> ContactSystem<D> {
             }
         }
         let bodies = Bodies::new(session, local, model, extent, options.inertia)?;
-        let mut contacts = contacts(world, &bodies.local, &anchored)?;
+        let mut contacts = contacts(world, &bodies.local, &model.bodies, &anchored)?;
         contacts.iter_mut().for_each(|contact| contact.state.round_gaps(known));
         contacts.iter_mut().for_each(|contact| contact.pair.find_pose(&bodies.free));
         let external = loads(world, &bodies.local, model, &bodies.pattern, bodies.held())?;

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::damping::Damping;
+use super::region::Region;
 use super::sets::BodySet;
 use super::viscoelasticity::Viscoelasticity;
 use crate::material::Material;
@@ -23,8 +24,11 @@ pub struct Body {
     /// the sets of the mesh.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub sets: Named<BodySet>,
-    /// Hyperelastic law and its parameters.
+    /// Hyperelastic law and its parameters; in a body with regions, of all elements in no region.
     pub material: Material,
+    /// Materials of sets of elements, each under the name of the set.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub regions: Named<Region>,
     /// Relaxation of the isochoric stress; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscoelasticity: Option<At<Viscoelasticity>>,

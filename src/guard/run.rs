@@ -10,7 +10,7 @@ use crate::assembly::ContactSystem;
 use crate::case::{Case, Units};
 use crate::dynamics::{Equations, Stage};
 use crate::error::{Error, Result};
-use crate::model::Model;
+use crate::model::{BodyMaterial, Model};
 use crate::observe::energy::{Energies, EnergyLedger};
 use crate::time::Scheme;
 
@@ -50,9 +50,11 @@ impl RunGuard {
     pub fn new<const D: usize>(case: &Case, model: &Model<D>, scheme: Scheme, start: &Energies) -> Self {
         let speed = |contact: &crate::model::ContactModel<D>| {
             let of_body = |&body: &usize| {
-                let body = &model.bodies[body];
-                let stiffness = body.sudden_moduli().uniaxial_strain();
-                (stiffness / body.formulation.density.max(f64::MIN_POSITIVE)).sqrt()
+                let speed = |material: &BodyMaterial| {
+                    let stiffness = material.sudden_moduli().uniaxial_strain();
+                    (stiffness / material.formulation.density.max(f64::MIN_POSITIVE)).sqrt()
+                };
+                model.bodies[body].materials.iter().map(speed).fold(0.0, f64::max)
             };
             contact.bodies.iter().map(of_body).fold(0.0, f64::max)
         };

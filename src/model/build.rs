@@ -5,10 +5,13 @@ use std::rc::Rc;
 
 use super::body_sets::bodies_of;
 use super::{
-    Body, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, Load, LoadKind, MassChoice,
-    Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Roller, Support, Target, TieModel, lengths,
+    Body, BodyMaterial, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, Load, LoadKind,
+    MassChoice, Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Roller, Support, Target,
+    TieModel, lengths,
 };
-use crate::case::{self, Action, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying};
+use crate::case::{
+    self, Action, At, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying,
+};
 use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::element::{Formulation, Kinematics, Locking};
@@ -27,7 +30,7 @@ impl<const D: usize> Model<D> {
         let contacts =
             case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, &rigid, name, contact));
         let contacts = contacts.collect();
-        let ties = case.tied.iter().map(|(name, tied)| tie(case, &bodies, name, tied)).collect();
+        let ties = case.tied.iter().map(|(name, tied)| tie(case, name, tied)).collect();
         let mut model = Self {
             units: case.units,
             bodies,
@@ -155,7 +158,7 @@ impl<const D: usize> Model<D> {
             Target::Obstacle(_) => &[],
         };
         let both = owners.iter().chain(opposite);
-        let softer = both.map(|&body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min);
+        let softer = both.map(|&body| bodies[body].softest_modulus()).fold(f64::INFINITY, f64::min);
         ContactModel {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
@@ -176,8 +179,7 @@ impl<const D: usize> Model<D> {
 }
 
 /// Two tied surfaces.
-fn tie(case: &Case, bodies: &[Body], name: &str, tied: &case::Tied) -> TieModel {
-    let both = bodies_of(case, &tied.contactor).into_iter().chain(bodies_of(case, &tied.target));
+fn tie(case: &Case, name: &str, tied: &case::Tied) -> TieModel {
     TieModel {
         name: name.to_owned(),
         contactor: tied.contactor.value.clone(),
@@ -190,7 +192,6 @@ fn tie(case: &Case, bodies: &[Body], name: &str, tied: &case::Tied) -> TieModel 
             .as_ref()
             .map_or([None; 3], |jump| jump.as_array())
             .map(|f| f.map(|f| case.function(f))),
-        softer: both.map(|body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min),
     }
 }
 
@@ -325,19 +326,31 @@ pub(super) fn locking(of: case::Locking) -> Locking {
 }
 
 fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
-    let formulation = Formulation {
-        material: body.material,
-        kinematics: match body.kinematics {
-            case::Kinematics::Finite => Kinematics::Finite,
-            case::Kinematics::Linear => Kinematics::Linear,
-        },
-        locking: locking(body.locking),
-        density: body.density.map_or(0.0, |density| density.value),
+    let density = body.density.map_or(0.0, |density| density.value);
+    let material = |set: Option<String>, law, viscous: Option<&case::Viscoelasticity>, density| {
+        let formulation = Formulation {
+            material: law,
+            kinematics: match body.kinematics {
+                case::Kinematics::Finite => Kinematics::Finite,
+                case::Kinematics::Linear => Kinematics::Linear,
+            },
+            locking: locking(body.locking),
+            density,
+        };
+        let series = viscous.map(|viscous| Rc::new(viscous.series()));
+        BodyMaterial { set, formulation, series, young_modulus: law.moduli().young_modulus() }
     };
+    let own = material(None, body.material, body.viscoelasticity.as_deref(), density);
+    let of_region = |(region, its): (&At<String>, &case::Region)| {
+        let set = format!("{name}.{}", region.value);
+        let density = its.density.map_or(density, |density| density.value);
+        material(Some(set), its.material, its.viscoelasticity.as_deref(), density)
+    };
+    let materials = std::iter::once(own).chain(body.regions.iter().map(of_region)).collect();
     let velocity = body.initial_velocity.as_ref();
     Ok(Body {
         name: name.to_owned(),
-        formulation,
+        materials,
         mass: match body.mass {
             case::Mass::Auto if case.calms_contact_of(name) => MassChoice::RedistributedIfPossible,
             case::Mass::Auto | case::Mass::Consistent => MassChoice::Consistent,
@@ -349,8 +362,6 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
                 RayleighFactors { mass: factors.mass.value, stiffness: factors.stiffness.value }
             }
         }),
-        series: body.viscoelasticity.as_ref().map(|viscous| Rc::new(viscous.series())),
-        young_modulus: body.material.moduli().young_modulus(),
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| case.function(f)).collect()),
     })
 }

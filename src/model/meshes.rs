@@ -7,6 +7,7 @@ use super::conformity::{MeshOrigin, MeshParts, conform, require_sound_curves};
 use super::lengths;
 use super::overlap;
 use super::places::unsound_places;
+use super::regions::unsound_regions;
 use super::sets::{missing_sets, repeated_facets, shared_facets};
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
@@ -62,6 +63,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     faults.extend(shared_facets(case, &mesh));
     faults.extend(repeated_facets(case, &mesh));
     faults.extend(unsound_places(case, &mesh));
+    faults.extend(unsound_regions(case, &mesh));
     Error::together(faults)?;
     remarks.extend(overlap::remarks(case, &mesh)?);
     Ok((mesh, remarks))

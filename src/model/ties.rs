@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::Model;
+use super::regions::softest_beneath;
 use crate::case::{Case, PlacedFunction};
 use crate::contact::mortar::tied::{SurfaceTies, TiedSurfaces};
 use crate::error::{Error, Result};
@@ -26,8 +27,6 @@ pub struct TieModel {
     pub offset: Option<[f64; 3]>,
     /// Prescribed displacement of the target minus that of the contactor \[m\].
     pub jump: [Option<PlacedFunction>; 3],
-    /// Young's modulus of the softer side \[Pa\].
-    pub softer: f64,
 }
 
 /// Default stiffness of a tie, in units of Young's modulus of the softer side over the size of a
@@ -66,7 +65,8 @@ impl<const D: usize> Model<D> {
             let target = mesh.facet_sets.get(&model.target).ok_or_else(none)?;
             let size = mean_size(mesh, contactor);
             let within = model.within.unwrap_or(WITHIN * size);
-            let element_stiffness = model.softer / size;
+            let softer = [contactor, target].map(|facets| softest_beneath(&self.bodies, mesh, facets));
+            let element_stiffness = softer[0].min(softer[1]) / size;
             let default = if model.offset.is_some() { PERIODIC_STIFFNESS } else { STIFFNESS };
             let stiffness = model.stiffness.unwrap_or(default * element_stiffness);
             let offset = Vector::from_fn(|i, _| model.offset.map_or(0.0, |offset| offset[i]));

@@ -106,6 +106,14 @@ pub struct ElementField {
     pub value: ElementValue,
 }
 
+/// The material of elements. The field is there if a body has regions.
+pub const MATERIAL_FIELD: Quantity = Quantity::number(
+    "material",
+    "",
+    "0 for the material of the body, otherwise the number of the region in the order of the case; if a body has \
+     regions",
+);
+
 /// Fields of elements.
 pub const ELEMENT_FIELDS: &[ElementField] = &[
     ElementField {
@@ -364,6 +372,15 @@ pub fn body_fields<const D: usize>(
         location: Location::Elements,
         values: FieldValues::Numbers(values),
     }));
+    if system.bodies().has_regions() {
+        let mut materials = vec![0.0; elements];
+        for solid in system.bodies().solids() {
+            let of_solid = solid.group.elements().iter();
+            of_solid.for_each(|&element| materials[element as usize] = solid.material as f64);
+        }
+        let values = FieldValues::Numbers(materials);
+        fields.push(Field { quantity: MATERIAL_FIELD, location: Location::Elements, values });
+    }
     if let Some(nodes) = at_nodes {
         fields.extend(nodes.fields()?);
     }

@@ -22,7 +22,7 @@ use crate::element::Kinematics;
 use crate::error::Result;
 use crate::material::PronySeries;
 use crate::mesh::ElementKind;
-use crate::model::{Body, ContactModel, Model, RayleighFactors};
+use crate::model::{Body, BodyMaterial, ContactModel, Model, RayleighFactors};
 use crate::observe::probes::watch;
 use crate::partition::LocalMesh;
 use crate::petsc::Session;
@@ -168,14 +168,31 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let Size { elements, kinds, smallest_edge } = size;
     let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
     let _ = writeln!(text, "body {}: {elements} {}", body.name, kinds.join(" and "));
-    let (m, s, speed) = (case.units.of("m"), case.units.of("s"), case.units.of("m/s"));
+    let m = case.units.of("m");
     let _ = writeln!(text, "  smallest element edge: {smallest_edge:.4e} {m}");
-    let moduli = body.sudden_moduli();
-    let _ = writeln!(text, "  {}", describe_material(body, &case.units.of("Pa")));
-    if let Some(series) = &body.series {
-        let _ = writeln!(text, "  {}", describe_relaxation(body, series, case));
+    for material in &body.materials {
+        if let Some(set) = &material.set {
+            let _ = writeln!(text, "  region {set}:");
+        }
+        describe_inertia(text, body, material, smallest_edge, case);
     }
-    let density = body.formulation.density;
+}
+
+/// Describes a material of a body: moduli, relaxation, damping and wave speeds.
+fn describe_inertia(
+    text: &mut String,
+    body: &Body,
+    material: &BodyMaterial,
+    smallest_edge: &f64,
+    case: &Case,
+) {
+    let (s, speed) = (case.units.of("s"), case.units.of("m/s"));
+    let moduli = material.sudden_moduli();
+    let _ = writeln!(text, "  {}", describe_material(material, &case.units.of("Pa")));
+    if let Some(series) = &material.series {
+        let _ = writeln!(text, "  {}", describe_relaxation(material, series, case));
+    }
+    let density = material.formulation.density;
     if density <= 0.0 {
         if !case.is_static() {
             let _ = writeln!(
@@ -208,9 +225,9 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
 }
 
 /// Describes how far and how fast a body relaxes.
-fn describe_relaxation(body: &Body, series: &PronySeries, case: &Case) -> String {
+fn describe_relaxation(material: &BodyMaterial, series: &PronySeries, case: &Case) -> String {
     let (pascal, s) = (case.units.of("Pa"), case.units.of("s"));
-    let mu = body.formulation.moduli().mu;
+    let mu = material.formulation.moduli().mu;
     let times = series.branches().iter().map(|branch| branch.time);
     let shortest = times.clone().fold(f64::INFINITY, f64::min);
     let longest = times.fold(0.0, f64::max);
@@ -224,8 +241,8 @@ fn describe_relaxation(body: &Body, series: &PronySeries, case: &Case) -> String
 }
 
 /// Describes the moduli at small strain and the range in which the law keeps its stiffness.
-fn describe_material(body: &Body, pascal: &str) -> String {
-    let moduli = body.formulation.moduli();
+fn describe_material(material: &BodyMaterial, pascal: &str) -> String {
+    let moduli = material.formulation.moduli();
     let small = format!(
         "at small strain: Young's modulus {:.4e} {pascal}, Poisson's ratio {:.6}, shear modulus {:.4e} {pascal}, bulk modulus {:.4e} {pascal}",
         moduli.young_modulus(),
@@ -233,10 +250,10 @@ fn describe_material(body: &Body, pascal: &str) -> String {
         moduli.mu,
         moduli.bulk()
     );
-    if body.formulation.kinematics == Kinematics::Linear {
+    if material.formulation.kinematics == Kinematics::Linear {
         return small;
     }
-    let stable = body.formulation.material.stable_stretches();
+    let stable = material.formulation.material.stable_stretches();
     format!("{small}\n  a uniaxial test is stable at stretches from {:.2} to {:.2}", stable.start, stable.end)
 }
 
@@ -250,12 +267,12 @@ fn describe_contact<const D: usize>(
 ) {
     // The softest body defines which pressure is high and which stiffness is large.
     let all = contact.all_bodies().into_iter().map(|body| (&bodies[body], &sizes[body]));
-    let softest = all.min_by(|a, b| a.0.young_modulus.total_cmp(&b.0.young_modulus));
+    let softest = all.min_by(|a, b| a.0.softest_modulus().total_cmp(&b.0.softest_modulus()));
     let Some((body, size)) = softest else { return };
-    let high = HIGH_PRESSURE * body.young_modulus;
+    let high = HIGH_PRESSURE * body.softest_modulus();
     let penetration = law.normal.penetration(high);
     let stiffness = -law.normal.evaluate(-penetration).derivative;
-    let layer = body.young_modulus / size.smallest_edge;
+    let layer = body.softest_modulus() / size.smallest_edge;
     let [m, pa, slope] = ["m", "Pa", "Pa/m"].map(|unit| case.units.of(unit));
     let _ = writeln!(
         text,

@@ -50,7 +50,7 @@ impl Traits {
         let frictions = || contacts.iter().filter_map(|contact| contact.friction);
         Self {
             dynamic: !case.is_static(),
-            finite: model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite),
+            finite: model.bodies.iter().any(|body| body.kinematics() == Kinematics::Finite),
             contact: !contacts.is_empty(),
             curved: contacts.iter().any(|contact| !contact.target.obstacle().is_some_and(Shape::is_plane)),
             deformable: contacts.iter().any(|contact| matches!(contact.target, Target::Surface { .. })),

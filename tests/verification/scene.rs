@@ -8,7 +8,7 @@ use contact_petsc::dynamics::{Equations, Stage};
 use contact_petsc::element::{Formulation, Kinematics, Locking};
 use contact_petsc::material::Material;
 use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, merge};
-use contact_petsc::model::{Body, Load, LoadKind, MassChoice, Model, Support};
+use contact_petsc::model::{Body, BodyMaterial, Load, LoadKind, MassChoice, Model, Support};
 use contact_petsc::partition::{LocalMesh, Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::solvers::{
@@ -63,11 +63,9 @@ impl Solid {
         };
         let block = Body {
             name: "block".to_owned(),
-            formulation,
+            materials: vec![BodyMaterial { set: None, formulation, series: None, young_modulus: YOUNG }],
             mass: MassChoice::Consistent,
             damping: None,
-            series: None,
-            young_modulus: YOUNG,
             initial_velocity: Vec::new(),
         };
         let bodies = vec![block];

@@ -1,6 +1,6 @@
 //! Checks of `bodies`.
 
-use super::super::{Body, BodySet, Boundary, BoxMesh, Locking, Merge, Mesh, Selection};
+use super::super::{Body, BodySet, Boundary, BoxMesh, Locking, Merge, Mesh, Selection, Viscoelasticity};
 use super::Check;
 use crate::reader::at::At;
 
@@ -25,15 +25,12 @@ impl Check<'_> {
             Some(density) => self.found.not_negative("the density", density.value, density.place),
             None => self.missing_density(name),
         }
-        if let Some(viscous) = &body.viscoelasticity {
-            viscous.check(&mut self.found);
-            if self.case.time.scheme.conserves() {
-                self.found.say(
-                    viscous.place,
-                    "viscoelasticity is not allowed with the scheme `conserving`, which needs stresses whose work \
-                     is the change of an energy",
-                );
-                self.found.cure("use `generalized_alpha` or `midpoint`, or remove the viscoelasticity");
+        body.viscoelasticity.iter().for_each(|viscous| self.viscoelasticity(viscous));
+        for region in body.regions.values() {
+            region.material.check(&mut self.found);
+            region.viscoelasticity.iter().for_each(|viscous| self.viscoelasticity(viscous));
+            if let Some(density) = region.density {
+                self.found.not_negative("the density", density.value, density.place);
             }
         }
         if let Some(damping) = &body.damping {
@@ -67,6 +64,18 @@ impl Check<'_> {
                 true => "add a displacement boundary, a foundation or a contact, or give it a density",
                 false => "add a displacement boundary, a foundation or a contact, or use a dynamic scheme",
             });
+        }
+    }
+
+    fn viscoelasticity(&mut self, viscous: &At<Viscoelasticity>) {
+        viscous.check(&mut self.found);
+        if self.case.time.scheme.conserves() {
+            self.found.say(
+                viscous.place,
+                "viscoelasticity is not allowed with the scheme `conserving`, which needs stresses whose work \
+                 is the change of an energy",
+            );
+            self.found.cure("use `generalized_alpha` or `midpoint`, or remove the viscoelasticity");
         }
     }
 

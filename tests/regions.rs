@@ -1,0 +1,215 @@
+//! Bodies of several materials in complete runs: layers in series and in parallel, regions with the
+//! material of the body, viscoelastic regions with a restart, the modulus beneath a contact, mistakes, and
+//! equal results on any number of ranks.
+
+mod common;
+
+use common::{Folder, Results, assert_says, run};
+
+/// Checks numbers against known ones, relative to the largest of those.
+#[track_caller]
+fn near(found: &[f64], known: &[f64], tolerance: f64) {
+    let scale = known.iter().fold(f64::MIN_POSITIVE, |most: f64, value| most.max(value.abs()));
+    assert_eq!(found.len(), known.len());
+    let fits = found.iter().zip(known).all(|(a, b)| (a - b).abs() <= tolerance * scale);
+    assert!(fits, "{found:?}, expected {known:?}");
+}
+
+/// A bar of length 2 and unit section whose elements in `WHERE` are four times as stiff.
+const BAR: &str = "
+dimension: 2
+bodies:
+  bar:
+    mesh: { box: { min: [0, 0], max: [2, 1], cells: [4, 4], element: KIND } }
+    sets: { hard: { of: elements, where: 'WHERE' } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e6, poisson_ratio: 0 } }
+    density: 1000
+    regions:
+      hard: { material: { saint_venant_kirchhoff: { young_modulus: 4.0e6, poisson_ratio: 0 } }, density: 3000 }
+    kinematics: linear
+boundary:
+  left: { on: bar.left, displacement: { x: 0 } }
+  floor: { on: bar.bottom, displacement: { y: 0 } }
+  pull: { on: bar.right, LOAD }
+time: { end: 1, scheme: { static: { increments: 1 } } }
+output: { bodies: true, probes: { middle: { at: [1, 0] }, end: { at: [2, 0] } } }
+";
+
+fn bar(kind: &str, condition: &str, load: &str) -> String {
+    let text = BAR.replace("KIND", kind).replace("WHERE", condition).replace("LOAD", load);
+    match kind {
+        "hex8" | "tet10" => text
+            .replace("dimension: 2", "dimension: 3")
+            .replace("[0, 0], max: [2, 1], cells: [4, 4]", "[0, 0, 0], max: [2, 1, 1], cells: [4, 4, 2]")
+            .replace("at: [1, 0]", "at: [1, 0, 0]")
+            .replace("at: [2, 0]", "at: [2, 0, 0]")
+            .replace("displacement: { y: 0 }", "displacement: { y: 0, z: 0 }"),
+        _ => text,
+    }
+}
+
+/// In series the elongations `p L / E` add up; in parallel the forces `E e A` do. The mass is that of both.
+#[test]
+fn layers_in_series_and_in_parallel() {
+    for (kind, ranks) in [("quad4", 1), ("tri6", 2), ("quad9", 3), ("hex8", 4), ("tet10", 2)] {
+        let series = Results::of(&bar(kind, "x >= 1", "traction: { x: 1000 }"), ranks);
+        let probes = series.table("probes.csv");
+        near(&[probes.last("middle.u_x"), probes.last("end.u_x")], &[1e-3, 1.25e-3], 1e-9);
+        near(&[series.table("bodies.csv").last("mass")], &[4000.0], 1e-12);
+        near(&[series.table("energy.csv").last("strain")], &[0.5 * 1000.0 * 1.25e-3], 1e-9);
+        let condition = if probes.names().any(|name| name.contains("u_z")) { "z >= 0.5" } else { "y >= 0.5" };
+        let parallel = Results::of(&bar(kind, condition, "displacement: { x: 1.0e-3 }"), ranks);
+        let pull = parallel.table("reactions.csv").only("boundary", "pull").last("force_x");
+        near(&[pull], &[0.5 * (1.0e6 + 4.0e6) * 0.5e-3], 1e-9);
+    }
+}
+
+/// A block that falls on a plane, in two parts. `REGIONS` has their materials.
+const BLOCK: &str = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0.01], max: [0.2, 0.21], cells: [4, 6], element: quad4 } }
+    sets: { lower: { of: elements, where: 'y <= 0.12' } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    density: 1000
+    initial_velocity: [0.5, -1]
+REGIONS
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 1.0e8 } } }
+TIME
+output: { probes: { top: { at: [0.2, 0.21] } }, checkpoint: { every: 10 } }
+";
+
+fn block(regions: &str, time: &str) -> String {
+    BLOCK.replace("REGIONS", regions).replace("TIME", time)
+}
+
+/// A region with the material of its body changes nothing, in every scheme.
+#[test]
+fn a_region_of_the_same_material_changes_nothing() {
+    let same =
+        "    regions: { lower: { material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } } } }";
+    for scheme in ["conserving", "{ generalized_alpha: { spectral_radius: 0.8 } }"] {
+        let time = format!(
+            "time: {{ end: 0.04, step: 0.001, scheme: {scheme} }}\nsolver: {{ newton: {{ tolerance: 1.0e-11 }} }}"
+        );
+        let one = Results::of(&block("", &time), 1);
+        let two = Results::of(&block(same, &time), 3);
+        for (table, columns) in [
+            ("probes.csv", ["top.u_x", "top.u_y"].as_slice()),
+            ("energy.csv", ["kinetic", "strain", "contact", "friction_dissipated"].as_slice()),
+        ] {
+            let last = |results: &Results| {
+                columns.iter().map(|name| results.table(table).last(name)).collect::<Vec<_>>()
+            };
+            near(&last(&two), &last(&one), 1e-7);
+        }
+        assert!(one.table("energy.csv").last("friction_dissipated") > 0.0);
+    }
+}
+
+/// The conserving scheme keeps the energy of a body with two materials.
+#[test]
+fn energy_is_kept_with_two_materials() {
+    let hard = "    regions: { lower: { material: { mooney_rivlin: { c10: 1.0e6, c01: 2.0e5, bulk_modulus: 1.0e7 } }, density: 2000 } }";
+    let time =
+        "time: { end: 0.04, step: 0.001, scheme: conserving }\nsolver: { newton: { tolerance: 1.0e-12 } }";
+    let energy =
+        Results::of(&block(hard, time).replace("coefficient: 0.3", "coefficient: 0"), 2).table("energy.csv");
+    let total = energy.numbers("total");
+    let most = total.iter().fold(0.0, |most: f64, value| most.max((value - total[0]).abs()));
+    assert!(energy.numbers("strain").iter().any(|strain| *strain > 0.1 * total[0]));
+    assert!(most < 1e-8 * total[0], "{most} of {}", total[0]);
+}
+
+/// A viscoelastic region loses energy, and a continued run has the same bits.
+#[test]
+fn a_viscoelastic_region_continues_from_a_checkpoint() {
+    let viscous = "    regions: { lower: { material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }, viscoelasticity: { prony: [{ share: 0.5, time: 0.005 }] } } }";
+    let time = "time: { end: 0.03, step: 0.001, scheme: midpoint }\nsolver: { linear: gmres_asm_ilu }";
+    let folder = Folder::new("regions");
+    folder.write("case.yml", &block(viscous, time));
+    run(2, &["case.yml", "-q", "-o", "whole"], &folder).success();
+    let start = "--restart=whole/checkpoints/step-000020.ckpt";
+    run(2, &["case.yml", "-q", "-o", "branch", start], &folder).success();
+    run(3, &["case.yml", "-q", "-o", "other", start], &folder).success();
+    let rows = |of: &str| -> Vec<String> {
+        let text = std::fs::read_to_string(folder.join(of).join("energy.csv")).expect("a table");
+        text.lines().map(str::to_owned).collect()
+    };
+    let (whole, branch, other) = (rows("whole"), rows("branch"), rows("other"));
+    assert_eq!(branch[branch.len() - 9..], whole[whole.len() - 9..]);
+    let numbers =
+        |row: &String| -> Vec<f64> { row.split(',').filter_map(|cell| cell.parse().ok()).collect() };
+    let [a, b] = [&whole, &other].map(|rows| numbers(rows.last().expect("a row")));
+    near(&b, &a, 1e-6);
+    let column =
+        whole[0].split(',').position(|name| name.starts_with("viscous")).expect("the heat of branches");
+    assert!(numbers(whole.last().expect("a row"))[column] > 0.0);
+}
+
+/// The default penalty follows the material beneath the surface, not that of the core.
+#[test]
+fn the_penalty_follows_the_skin() {
+    let stiffness = |regions: &str| -> String {
+        let folder = Folder::new("regions-check");
+        folder.write("case.yml", &block(regions, "time: { end: 0.01, step: 0.001, scheme: midpoint }"));
+        let text = run(0, &["check", "case.yml"], &folder).success().text();
+        let line =
+            text.lines().find(|line| line.contains("normal stiffness:")).expect("the stiffness").to_owned();
+        line.split_whitespace().nth(3).expect("a number").to_owned()
+    };
+    let with = |set: &str| {
+        format!(
+            "    regions: {{ {set}: {{ material: {{ neo_hookean: {{ young_modulus: 1.0e8, poisson_ratio: 0.3 }} }} }} }}"
+        )
+    };
+    let plain = stiffness("").parse::<f64>().expect("a number");
+    let hard_skin = stiffness(&with("lower")).parse::<f64>().expect("a number");
+    near(&[hard_skin], &[100.0 * plain], 1e-3);
+    let upper = with("upper");
+    let hard_core = block(&upper, "time: { end: 0.01, step: 0.001, scheme: midpoint }")
+        .replace("sets: {", "sets: { upper: { of: elements, where: 'y >= 0.1' },");
+    let folder = Folder::new("regions-core");
+    folder.write("case.yml", &hard_core);
+    let text = run(0, &["check", "case.yml"], &folder).success().text();
+    let line = text.lines().find(|line| line.contains("normal stiffness:")).expect("the stiffness");
+    near(&[line.split_whitespace().nth(3).expect("a number").parse().expect("a number")], &[plain], 1e-3);
+    assert_says(&text, &["region block.upper", "1.0000e8"]);
+}
+
+/// Mistakes are found with their place and a cure.
+#[test]
+fn mistakes_with_regions_are_explained() {
+    let material = "{ material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } } }";
+    let time = "time: { end: 0.01, step: 0.001, scheme: conserving }";
+    for (regions, says) in [
+        (format!("    regions: {{ lowr: {material} }}"), ["no set of elements 'lowr'", "lower"]),
+        (format!("    regions: {{ left: {material} }}"), ["expected a set of elements", "of: elements"]),
+        (
+            format!("    regions: {{ lower: {material}, all_below: {material} }}"),
+            ["12 elements in common", "difference"],
+        ),
+        ("    regions: { lower: {} }".to_owned(), ["material", "case.yml:"]),
+        (
+            "    regions: { lower: { material: { neo_hookean: { young_modulus: -1, poisson_ratio: 0.3 } } } }".to_owned(),
+            ["young_modulus", "case.yml:"],
+        ),
+        (
+            "    regions: { lower: { material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }, viscoelasticity: { prony: [{ share: 0.5, time: 0.005 }] } } }".to_owned(),
+            ["viscoelasticity", "conserving"],
+        ),
+    ] {
+        let folder = Folder::new("regions-mistakes");
+        let text = block(&regions, time).replace("sets: {", "sets: { all_below: { of: elements, where: 'y <= 0.2' },");
+        folder.write("case.yml", &text);
+        let output = run(2, &["case.yml"], &folder);
+        assert_eq!(output.code, Some(3), "{regions}: {}", output.text());
+        assert_says(&output.text(), &says);
+    }
+}
