@@ -390,6 +390,8 @@ pub enum LoadKind<const D: usize> {
     Traction([PlacedFunction; D]),
     /// Against the outward normal of the deformed surface \[Pa\].
     Pressure(PlacedFunction),
+    /// Force per reference length of edges \[N/m\].
+    Line([PlacedFunction; D]),
     /// Total force on a surface or on nodes.
     Force {
         /// Its components \[N\], functions of time.
@@ -418,6 +420,7 @@ impl<const D: usize> LoadKind<D> {
         match self {
             Self::BodyForce(functions)
             | Self::Traction(functions)
+            | Self::Line(functions)
             | Self::Force { components: functions, .. } => functions,
             Self::Torque(functions) => &functions[..],
             Self::Pressure(function) => std::slice::from_ref(function),

@@ -109,6 +109,9 @@ impl<const D: usize> Model<D> {
             Action::Traction(t) => {
                 LoadKind::Traction(std::array::from_fn(|i| t[i].map_or_else(zero, |f| case.function(f))))
             }
+            Action::LineForce(t) => {
+                LoadKind::Line(std::array::from_fn(|i| t[i].map_or_else(zero, |f| case.function(f))))
+            }
             Action::Pressure(p) => LoadKind::Pressure(case.function(p)),
         };
         let on = |body| Load { name: name.clone(), set: set.clone(), body, kind: kind.clone() };
