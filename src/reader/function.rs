@@ -31,7 +31,7 @@ enum Form {
     Constant(f64),
     Expression { text: String, parsed: Expression },
     Table(Vec<[f64; 2]>),
-    Turn(Box<Turn>),
+    Turn(Box<Turn<Function>>),
 }
 
 impl Function {
@@ -68,7 +68,7 @@ impl Function {
     }
 
     /// One component of the displacement by a rotation and a translation. It is written in no case as such.
-    pub fn turn(turn: Turn) -> Self {
+    pub fn turn(turn: Turn<Self>) -> Self {
         Self { form: Form::Turn(Box::new(turn)) }
     }
 
@@ -78,7 +78,7 @@ impl Function {
             Form::Constant(value) => *value,
             Form::Expression { parsed, .. } => parsed.value(point, t),
             Form::Table(rows) => interpolate(rows, t).value,
-            Form::Turn(turn) => turn.motion(point, t).value,
+            Form::Turn(_) => self.motion(point, t).value,
         }
     }
 
@@ -91,7 +91,9 @@ impl Function {
             Form::Constant(value) => Motion { value: *value, rate: 0.0, second: 0.0 },
             Form::Expression { parsed, .. } => parsed.motion(point, t),
             Form::Table(rows) => interpolate(rows, t),
-            Form::Turn(turn) => turn.motion(point, t),
+            Form::Turn(turn) => {
+                turn.motion(point, turn.angle.motion(point, t), turn.translation.motion(point, t))
+            }
         }
     }
 

@@ -1,12 +1,11 @@
 //! Displacement of a point by a prescribed rotation and translation, with exact derivatives in time.
 
 use super::dual::{Motion, Scalar};
-use super::function::Function;
 
 /// One component of the displacement `d + R(theta) r - r` of a point at the arm `r` from the centre,
 /// with `R r - r = sin(theta) k x r + (1 - cos(theta)) k x (k x r)`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Turn {
+pub struct Turn<F> {
     /// Index of the component.
     pub component: usize,
     /// Point of the axis in the reference configuration \[m\].
@@ -14,29 +13,28 @@ pub struct Turn {
     /// Unit vector `k` along the axis.
     pub axis: [f64; 3],
     /// Angle `theta` \[rad\], a function of time.
-    pub angle: Function,
+    pub angle: F,
     /// Component of the translation `d` \[m\], a function of time.
-    pub translation: Function,
+    pub translation: F,
 }
 
-impl Turn {
+impl<F> Turn<F> {
     /// Displacement \[m\] of a point of the reference configuration \[m\], with its exact time
-    /// derivatives.
-    pub(super) fn motion(&self, point: [f64; 3], t: f64) -> Motion {
+    /// derivatives, at this angle and translation.
+    pub(super) fn motion(&self, point: [f64; 3], angle: Motion, translation: Motion) -> Motion {
         let arm = std::array::from_fn(|i| point[i] - self.about[i]);
         let once = cross(self.axis, arm);
         let twice = cross(self.axis, once);
-        let angle = self.angle.motion(self.about, t);
         let (sin, cos) = angle.value.sin_cos();
         // The half angle loses no digits in 1 - cos.
         let versine = 2.0 * (0.5 * angle.value).sin().powi(2);
         let turned = angle.chain(sin, cos, -sin) * Motion::constant(once[self.component])
             + angle.chain(versine, sin, cos) * Motion::constant(twice[self.component]);
-        turned + self.translation.motion(self.about, t)
+        turned + translation
     }
 
     /// The functions of time.
-    pub(super) fn functions(&self) -> [&Function; 2] {
+    pub(super) fn functions(&self) -> [&F; 2] {
         [&self.angle, &self.translation]
     }
 }
@@ -51,6 +49,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reader::function::Function;
 
     /// About an axis parallel to z the displacement, its rate and its second derivative are those of
     /// the expressions in x and y, also after several revolutions.
@@ -117,7 +116,7 @@ mod tests {
     /// Kinks are those of the angle and of the translation. Nothing that turns is linear in time.
     #[test]
     fn it_has_the_kinks_of_its_functions() {
-        let turn = |angle: Function| Turn {
+        let turn = |angle: Function| Turn::<Function> {
             component: 0,
             about: [0.0; 3],
             axis: [0.0, 0.0, 1.0],
