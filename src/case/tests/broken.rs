@@ -318,7 +318,7 @@ const BROKEN: &[Broken] = &[
         ", displacement: { x: \"1.0 * t\", y: -0.05 }",
         "",
         "23:3",
-        &["'clamp' has no action", "displacement, gravity, traction, pressure"],
+        &["'clamp' has no action", "displacement, motion, gravity, traction, pressure"],
     ),
     (
         "displacement: {",
