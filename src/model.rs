@@ -51,6 +51,8 @@ pub struct Model<const D: usize> {
     pub loads: Vec<Load<D>>,
     /// The probes.
     pub probes: Vec<ProbeModel<D>>,
+    /// The segments along which fields are written.
+    pub lines: Vec<LineModel<D>>,
 }
 
 /// A deformable body.
@@ -415,6 +417,8 @@ pub enum LoadKind<const D: usize> {
     Traction([PlacedFunction; D]),
     /// Against the outward normal of the deformed surface \[Pa\].
     Pressure(PlacedFunction),
+    /// Force per reference length of edges \[N/m\].
+    Line([PlacedFunction; D]),
     /// Total force on a surface or on nodes.
     Force {
         /// Its components \[N\], functions of time.
@@ -443,6 +447,7 @@ impl<const D: usize> LoadKind<D> {
         match self {
             Self::BodyForce(functions)
             | Self::Traction(functions)
+            | Self::Line(functions)
             | Self::Force { components: functions, .. } => functions,
             Self::Torque(functions) => &functions[..],
             Self::Pressure(function) => std::slice::from_ref(function),
@@ -461,6 +466,38 @@ pub struct ProbeModel<const D: usize> {
     pub body: Option<usize>,
     /// Line of the case file that requests it; 0 if unknown.
     pub line: usize,
+}
+
+/// A segment along which fields are written every step.
+#[derive(Debug, Clone)]
+pub struct LineModel<const D: usize> {
+    /// Name in the case file.
+    pub name: String,
+    /// Reference positions of both ends \[m\].
+    pub ends: [[f64; D]; 2],
+    /// Number of points, at least 2.
+    pub count: u32,
+    /// Body to which the search is limited.
+    pub body: Option<usize>,
+}
+
+impl<const D: usize> LineModel<D> {
+    /// The points at equal distances, both ends included \[m\].
+    pub fn points(&self) -> impl Iterator<Item = [f64; D]> + '_ {
+        let last = self.count.saturating_sub(1).max(1);
+        let [from, to] = &self.ends;
+        (0..self.count).map(move |k| {
+            let part = f64::from(k) / f64::from(last);
+            std::array::from_fn(|i| (1.0 - part) * from[i] + part * to[i])
+        })
+    }
+
+    /// Distance of a point from the first one \[m\]; the first has the number 1.
+    pub fn distance(&self, number: u64) -> f64 {
+        let length = (Vector::from(self.ends[1]) - Vector::from(self.ends[0])).norm();
+        let last = self.count.saturating_sub(1).max(1);
+        length * (number.saturating_sub(1) as f64) / f64::from(last)
+    }
 }
 
 impl<const D: usize> Model<D> {

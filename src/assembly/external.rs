@@ -9,9 +9,9 @@ use super::contact::facets_of;
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use super::solid::SolidElements;
 use crate::case::{Motion, PlacedFunction};
-use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
+use crate::element::{Configuration, ElementSink, Kinematics, LoadedLine, LoadedSurface};
 use crate::error::{Error, Result, agree};
-use crate::mesh::{Facet, Mesh};
+use crate::mesh::{Edge, Facet, Mesh};
 use crate::model::{Load, LoadKind};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues, sum_over_ranks};
@@ -24,12 +24,19 @@ struct Patch<const D: usize> {
     map: ScatterMap,
 }
 
+/// Edges with equal numbers of nodes under one load.
+struct LinePatch<const D: usize> {
+    line: LoadedLine<D>,
+    map: ScatterMap,
+}
+
 /// A load of the case on this rank.
 struct Applied<const D: usize> {
     kind: LoadKind<D>,
     /// Bodies that a body force acts on.
     bodies: Vec<bool>,
     patches: Vec<Patch<D>>,
+    lines: Vec<LinePatch<D>>,
     /// Whether the pressure follows the surface.
     follows: bool,
     /// How a total force or torque is spread; `None` for other loads.
@@ -156,6 +163,8 @@ impl<const D: usize> External<D> {
     pub fn relocate(&mut self, pattern: &BlockPattern, index: &IndexMap) {
         let patches = self.loads.iter_mut().flat_map(|load| &mut load.patches);
         patches.for_each(|patch| patch.map.relocate(pattern, index));
+        let lines = self.loads.iter_mut().flat_map(|load| &mut load.lines);
+        lines.for_each(|patch| patch.map.relocate(pattern, index));
     }
 
     /// Whether a load depends on the displacement, and therefore has a (non-symmetric) stiffness.
@@ -227,10 +236,16 @@ impl<const D: usize> Applied<D> {
         let mesh = &place.local.mesh;
         let mut bodies = vec![false; place.kinematics.len()];
         let mut facets = Vec::new();
+        let mut edges = Vec::new();
         match load.kind {
             LoadKind::BodyForce(_) => bodies.iter_mut().enumerate().for_each(|(body, loaded)| {
                 *loaded = load.body.is_none_or(|of_load| of_load == body);
             }),
+            LoadKind::Line(_) => {
+                let nodes = mesh.point_sets.get(&load.set).map_or(&[][..], |nodes| nodes);
+                edges = mesh.edges_within(nodes);
+                edges.retain(|edge| load.body.is_none_or(|of_load| of_load == usize::from(edge.body)));
+            }
             // At nodes that belong to no facets of a set.
             LoadKind::Force { .. } if !mesh.facet_sets.contains_key(&load.set) => {}
             _ => {
@@ -244,7 +259,8 @@ impl<const D: usize> Applied<D> {
         let finite = load.body.is_some_and(|body| place.kinematics[body] == Kinematics::Finite);
         let follows = matches!(load.kind, LoadKind::Pressure(_)) && finite;
         let patches = patches(mesh, &facets, place);
-        Ok(Self { kind: load.kind.clone(), bodies, patches, follows, spread: None })
+        let lines = lines(mesh, &edges, place);
+        Ok(Self { kind: load.kind.clone(), bodies, patches, lines, follows, spread: None })
     }
 
     fn add_dead(&self, time: f64, solids: &[SolidElements<D>], trouble: &Trouble, force: &mut [f64]) {
@@ -259,6 +275,12 @@ impl<const D: usize> Applied<D> {
             }
             LoadKind::Traction(components) => {
                 self.add_traction(|point| values(components, point, time, trouble), force);
+            }
+            LoadKind::Line(components) => {
+                for patch in &self.lines {
+                    let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
+                    patch.line.force(|point| values(components, point, time, trouble), &mut sink);
+                }
             }
             LoadKind::Force { components, at } => match &self.spread {
                 Some(Spread::Surface(shape)) => {
@@ -368,6 +390,21 @@ fn patches<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], place: &LoadContext
         let nodes = (0..surface.len()).flat_map(|index| surface.nodes(index)).copied().collect();
         let map = ScatterMap::new::<D>(wanted, nodes, place.pattern, &place.local.index, place.held);
         Patch { surface, map }
+    };
+    widths.iter().map(patch).collect()
+}
+
+/// Groups the edges by their number of nodes, each group with its map.
+fn lines<const D: usize>(mesh: &Mesh<D>, edges: &[Edge], place: &LoadContext<D>) -> Vec<LinePatch<D>> {
+    let mut widths: Vec<usize> = edges.iter().map(|edge| edge.nodes.len()).collect();
+    widths.sort_unstable();
+    widths.dedup();
+    let patch = |&wanted: &usize| {
+        let of_width: Vec<Edge> = edges.iter().filter(|edge| edge.nodes.len() == wanted).cloned().collect();
+        let line = LoadedLine::new(mesh, &of_width);
+        let nodes = line.nodes().collect();
+        let map = ScatterMap::new::<D>(wanted, nodes, place.pattern, &place.local.index, place.held);
+        LinePatch { line, map }
     };
     widths.iter().map(patch).collect()
 }

@@ -35,6 +35,10 @@ pub struct Boundary {
     /// Pressure on facets [Pa of current area], positive towards the body; a follower load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure: Option<At<VaryingPressure>>,
+    /// Dead force per length [N/m of reference length] on the edges of elements in 3D whose nodes are all
+    /// in a set of points; zero in directions that are not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line_force: Option<At<Components<1, 0, -2>>>,
     /// Total dead force \[N\]: spread uniformly over the reference area of facets, or shared equally by
     /// the nodes of a set of points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -66,6 +70,8 @@ pub enum Action<'a> {
     Traction([Option<&'a VaryingPressure>; 3]),
     /// Follower pressure \[Pa\], positive towards the body.
     Pressure(&'a VaryingPressure),
+    /// Dead load per reference length, direction by direction \[N/m\].
+    LineForce([Option<&'a Varying<1, 0, -2>>; 3]),
     /// Total force on a surface or on nodes \[N\].
     Force(&'a Force),
     /// Total torque on a surface \[N m\].
@@ -83,7 +89,11 @@ impl Action<'_> {
             Action::Traction(_) | Action::Pressure(_) | Action::Torque(_) | Action::Foundation(_) => true,
             Action::Force(force) => force.at.is_some(),
             Action::Roller(roller) => roller.direction.is_none(),
-            Action::Displacement(_) | Action::Motion(_) | Action::Gravity(_) | Action::Spring(_) => false,
+            Action::Displacement(_)
+            | Action::Motion(_)
+            | Action::Gravity(_)
+            | Action::LineForce(_)
+            | Action::Spring(_) => false,
         }
     }
 
@@ -107,12 +117,25 @@ impl Boundary {
         let gravity = self.gravity.as_ref().map(|value| Action::Gravity(value));
         let traction = self.traction.as_ref().map(|value| Action::Traction(value.as_array()));
         let pressure = self.pressure.as_ref().map(|value| Action::Pressure(value));
+        let line_force = self.line_force.as_ref().map(|value| Action::LineForce(value.as_array()));
         let force = self.force.as_ref().map(|value| Action::Force(value));
         let torque = self.torque.as_ref().map(|value| Action::Torque(value.as_array()));
         let foundation = self.foundation.as_ref().map(|value| Action::Foundation(value));
         let spring = self.spring.as_ref().map(|value| Action::Spring(value));
-        [displacement, motion, roller, gravity, traction, pressure, force, torque, foundation, spring]
-            .into_iter()
-            .flatten()
+        [
+            displacement,
+            motion,
+            roller,
+            gravity,
+            traction,
+            pressure,
+            line_force,
+            force,
+            torque,
+            foundation,
+            spring,
+        ]
+        .into_iter()
+        .flatten()
     }
 }

@@ -15,6 +15,9 @@ pub struct Output {
     pub fields: Fields,
     /// Material points whose history is written, by name.
     pub probes: Named<Probe>,
+    /// Segments along which `lines.csv` has displacement and velocity at equal distances, by name.
+    #[serde(skip_serializing_if = "Named::is_empty")]
+    pub lines: Named<Line>,
     /// Quantities derived from columns of the tables, by name, which `derived.csv` gets. An expression
     /// names a column as `TABLE.NAME.COLUMN`, such as `contact.drag.force_x / contact.sole.force_n`, and
     /// one of `energy.csv` and `momentum.csv` as `energy.total`. A reference with a `-` in a name is written
@@ -76,6 +79,21 @@ impl Default for Fields {
     fn default() -> Self {
         Self { every: 10.into(), stresses: false }
     }
+}
+
+/// A segment along which fields are written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Line {
+    /// Reference position of the first point \[m\].
+    pub from: At<Vec<Length>>,
+    /// Reference position of the last point \[m\].
+    pub to: At<Vec<Length>>,
+    /// Number of points, both ends included, from 2 to 10000.
+    pub points: At<u32>,
+    /// Body that contains the points, if bodies meet there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on: Option<At<String>>,
 }
 
 /// A material point whose history is written.

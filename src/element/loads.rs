@@ -4,7 +4,7 @@ use super::ElementSink;
 use super::group::ElementGroup;
 use super::kinematics::reference_gradients;
 use crate::error::Result;
-use crate::mesh::{ElementKind, Facet, Mesh};
+use crate::mesh::{Edge, ElementKind, Facet, Mesh};
 use crate::space::{ShapeTable, area_variation, facet_normal, facet_tangents, reference};
 use crate::tensor::{Tensor, Vector};
 
@@ -214,6 +214,53 @@ impl<const D: usize> LoadedSurface<D> {
         let table = &self.tables[facet.table].1;
         let shapes = table.n.chunks_exact(table.nodes).zip(table.dn.chunks_exact(table.nodes * (D - 1)));
         shapes.zip(&table.weights).map(|((n, dn), &weight)| FacetPoint { n, dn, weight })
+    }
+}
+
+/// Loaded edges of elements in space.
+#[derive(Debug)]
+pub struct LoadedLine<const D: usize> {
+    edges: Vec<LoadedFacet<D>>,
+    tables: Vec<(ElementKind, ShapeTable)>,
+}
+
+impl<const D: usize> LoadedLine<D> {
+    /// These edges of `mesh`, of one or two orders.
+    pub fn new(mesh: &Mesh<D>, edges: &[Edge]) -> Self {
+        let mut tables: Vec<(ElementKind, ShapeTable)> = Vec::new();
+        let loaded = edges.iter().map(|edge| {
+            let table = tables.iter().position(|(known, _)| *known == edge.kind).unwrap_or_else(|| {
+                let element = reference(edge.kind);
+                tables.push((edge.kind, element.tabulate(element.mass_rule())));
+                tables.len() - 1
+            });
+            let points = edge.nodes.iter().map(|&node| mesh.points[node as usize].into()).collect();
+            LoadedFacet { table, nodes: edge.nodes.clone(), points }
+        });
+        Self { edges: loaded.collect(), tables }
+    }
+
+    /// Nodes of all edges, in the order of the forces.
+    pub fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
+        self.edges.iter().flat_map(|edge| edge.nodes.iter().copied())
+    }
+
+    /// `F_ext = int N^T q dl` of each edge \[N\] for a force `q` per reference length \[N/m\] at a
+    /// reference point \[m\].
+    pub fn force(&self, density: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
+        let mut force = Vec::new();
+        for (index, edge) in self.edges.iter().enumerate() {
+            force.clear();
+            force.resize(edge.nodes.len() * D, 0.0);
+            let table = &self.tables[edge.table].1;
+            let shapes = table.n.chunks_exact(table.nodes).zip(table.dn.chunks_exact(table.nodes));
+            for ((n, dn), weight) in shapes.zip(&table.weights) {
+                let tangent: Vector<D> = edge.points.iter().zip(dn).map(|(point, dn)| point * *dn).sum();
+                let part = density(&edge.place(n)).map(|q| q * tangent.norm() * weight);
+                add_density(&mut force, n, &part);
+            }
+            sink.element(index, &force, None);
+        }
     }
 }
 

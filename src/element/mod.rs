@@ -25,7 +25,7 @@ mod workspace;
 
 pub use group::{ElementGroup, Formulation};
 pub use kinematics::{Kinematics, LOCKS, Locking, locks};
-pub use loads::{Configuration, LoadedSurface};
+pub use loads::{Configuration, LoadedLine, LoadedSurface};
 pub use stress::{Cauchy, CauchyState, ElementStress};
 pub use viscous::{ViscousEnergies, ViscousHistory, components};
 

@@ -9,6 +9,7 @@ mod file;
 mod generate;
 pub mod gmsh;
 mod kind;
+mod lines;
 #[cfg(test)]
 mod measure;
 mod merge;
@@ -28,6 +29,7 @@ pub use disjoint::DisjointSets;
 pub use file::read_file;
 pub use generate::BoxShape;
 pub use kind::ElementKind;
+pub use lines::Edge;
 pub use merge::merge;
 pub use room::require_room;
 pub use source::MeshFile;

@@ -5,9 +5,9 @@ use std::rc::Rc;
 
 use super::body_sets::bodies_of;
 use super::{
-    Body, BodyMaterial, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, Load, LoadKind,
-    MassChoice, Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Roller, Support, Target,
-    TieModel, lengths,
+    Body, BodyMaterial, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, LineModel, Load,
+    LoadKind, MassChoice, Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Roller, Support,
+    Target, TieModel, lengths,
 };
 use crate::case::{
     self, Action, At, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying,
@@ -42,6 +42,7 @@ impl<const D: usize> Model<D> {
             elastic_supports: Vec::new(),
             loads: Vec::new(),
             probes: Vec::new(),
+            lines: Vec::new(),
         };
         for (name, boundary) in case.boundary.iter() {
             for action in boundary.actions() {
@@ -52,6 +53,11 @@ impl<const D: usize> Model<D> {
             let body = probe.on.as_ref().map(|on| body_index(&model.bodies, on)).transpose()?;
             let line = probe.at.place.line;
             model.probes.push(ProbeModel { name: name.value.clone(), at: lengths(&probe.at), body, line });
+        }
+        for (name, line) in case.output.lines.iter() {
+            let body = line.on.as_ref().map(|on| body_index(&model.bodies, on)).transpose()?;
+            let ends = [lengths(&line.from), lengths(&line.to)];
+            model.lines.push(LineModel { name: name.value.clone(), ends, count: line.points.value, body });
         }
         Ok(model)
     }
@@ -121,6 +127,9 @@ impl<const D: usize> Model<D> {
             }
             Action::Traction(t) => {
                 LoadKind::Traction(std::array::from_fn(|i| t[i].map_or_else(zero, |f| case.function(f))))
+            }
+            Action::LineForce(t) => {
+                LoadKind::Line(std::array::from_fn(|i| t[i].map_or_else(zero, |f| case.function(f))))
             }
             Action::Pressure(p) => LoadKind::Pressure(case.function(p)),
         };

@@ -8,7 +8,7 @@ use super::lengths;
 use super::overlap;
 use super::places::unsound_places;
 use super::regions::unsound_regions;
-use super::sets::{missing_sets, repeated_facets, shared_facets};
+use super::sets::{missing_sets, repeated_facets, shared_facets, without_edges};
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
 use crate::mesh::{
@@ -60,6 +60,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     }
     let mut faults = missing_sets(case, &mesh);
     join_lists(case, &mut mesh);
+    faults.extend(without_edges(case, &mesh));
     faults.extend(shared_facets(case, &mesh));
     faults.extend(repeated_facets(case, &mesh));
     faults.extend(unsound_places(case, &mesh));

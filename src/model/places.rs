@@ -1,9 +1,11 @@
 //! Checks that need the meshes: functions that are not finite at a node, and probes that are far
 //! from all bodies.
 
+use super::{LineModel, lengths};
 use crate::case::{Action, At, Case, Varying};
 use crate::error::Error;
 use crate::mesh::Mesh;
+use crate::space::locate;
 use crate::tensor::Vector;
 
 /// Returns an error for each prescribed displacement and initial velocity that is not finite at a
@@ -30,6 +32,7 @@ pub fn unsound_places<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error>
         }
     }
     faults.extend(far_probes(case, mesh));
+    faults.extend(points_outside(case, mesh));
     faults
 }
 
@@ -67,6 +70,46 @@ fn far_probes<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
             let cure = format!("give a reference position on a body, in {m}");
             faults.push(case.error(probe.at.place, message).hint(&cure));
         }
+    }
+    faults
+}
+
+/// An error for each segment with points that are in no element, with their number and the first of
+/// them.
+fn points_outside<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let mut faults = Vec::new();
+    for (name, line) in case.output.lines.iter() {
+        if line.from.len() != D || line.to.len() != D {
+            continue;
+        }
+        let body =
+            line.on.as_ref().and_then(|on| case.bodies.iter().position(|(name, _)| name.value == on.value));
+        let ends = [lengths(&line.from), lengths(&line.to)];
+        let model = LineModel::<D> { name: name.value.clone(), ends, count: line.points.value, body };
+        let of_body =
+            |&element: &u32| body.is_none_or(|body| usize::from(mesh.body[element as usize]) == body);
+        let inside = |point: &[f64; D]| {
+            locate(mesh, (0..mesh.element_count() as u32).filter(of_body), point).is_some()
+        };
+        let outside: Vec<String> = (1..)
+            .zip(model.points())
+            .filter(|(_, point)| !inside(point))
+            .map(|(number, point)| format!("{number} at [{}]", point.map(|x| x.to_string()).join(", ")))
+            .collect();
+        if outside.is_empty() {
+            continue;
+        }
+        let shown = outside.iter().take(3).cloned().collect::<Vec<_>>().join("; ");
+        let more = if outside.len() > 3 { "; ..." } else { "" };
+        let message = format!(
+            "line '{}': {} of {} points are in no element{}: {shown}{more}",
+            name.value,
+            outside.len(),
+            line.points.value,
+            line.on.as_ref().map_or_else(String::new, |on| format!(" of '{}'", on.value)),
+        );
+        let cure = "give ends inside the body, in the reference configuration";
+        faults.push(case.error(line.from.place, message).hint(cure));
     }
     faults
 }

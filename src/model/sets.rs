@@ -30,6 +30,26 @@ pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     faults
 }
 
+/// Line forces on sets that have no edges.
+pub fn without_edges<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let fault = |on: &At<String>| {
+        let nodes = mesh.point_sets.get(&on.value);
+        if nodes.is_some_and(|nodes| !mesh.edges_within(nodes).is_empty()) {
+            return None;
+        }
+        let message = match nodes {
+            Some(_) => {
+                format!("the set '{}' has no edge of an element: a line force acts on edges", on.value)
+            }
+            None => format!("a line force acts on a set of points, which '{}' is not", on.value),
+        };
+        let cure = "name a physical curve, or a set `of: nodes` that has all nodes along the line";
+        Some(case.error(on.place, message).hint(cure))
+    };
+    let lines = case.boundary.values().filter(|boundary| boundary.line_force.is_some());
+    lines.flat_map(|boundary| boundary.on.names()).filter_map(fault).collect()
+}
+
 /// Contacts whose two sides cannot touch: they have facets in common, or there is only one facet.
 pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let fault = |contact: &case::Contact| {

@@ -13,6 +13,7 @@
 //! | [`reactions::REACTION_COLUMNS`] | `reactions.csv` |
 //! | [`rigid::RIGID_COLUMNS`] | `rigid.csv` |
 //! | [`bodies::BODY_COLUMNS`] | `bodies.csv` |
+//! | [`lines::LINE_COLUMNS`] | `lines.csv` |
 //! | [`energy::ENERGY_COLUMNS`] | `energy.csv` |
 //! | [`energy::MOMENTUM_COLUMNS`] | `momentum.csv` |
 //! | [`fields::NODE_FIELDS`], [`fields::ELEMENT_FIELDS`], [`fields::STRESS_FIELDS`], [`fields::NODAL_STRESS_FIELDS`], [`fields::ContactField::TABLE`] | `fields.pvd`, `contact.pvd` |
@@ -24,6 +25,7 @@ pub mod bodies;
 pub mod contact;
 pub mod energy;
 pub mod fields;
+pub mod lines;
 pub mod nodal;
 pub mod probes;
 pub mod quantity;

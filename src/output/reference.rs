@@ -8,6 +8,7 @@ use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, MOMENTUM_COLUMNS, MOME
 use crate::observe::fields::{
     ContactField, ELEMENT_FIELDS, MATERIAL_FIELD, NODAL_STRESS_FIELDS, NODE_FIELDS, STRESS_FIELDS,
 };
+use crate::observe::lines::{LINE_COLUMNS, LINE_FILE};
 use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
 use crate::observe::quantity::{Components, DERIVED, DERIVED_FILE, Quantity, TableFile};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
@@ -43,6 +44,7 @@ pub fn results_reference() -> String {
     table(&mut page, &REACTION_FILE, "", "", reactions);
     table(&mut page, &RIGID_FILE, "", "", RIGID_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &BODY_FILE, "", "", BODY_COLUMNS.iter().map(|column| plain(column.quantity)));
+    table(&mut page, &LINE_FILE, "", "", LINE_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &ENERGY_FILE, "", "", ENERGY_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &MOMENTUM_FILE, "", "", MOMENTUM_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &DERIVED_FILE, "", "", [plain(DERIVED)].into_iter());

@@ -91,7 +91,9 @@ impl Function {
             Form::Constant(value) => Motion { value: *value, rate: 0.0, second: 0.0 },
             Form::Expression { parsed, .. } => parsed.motion(point, t),
             Form::Table(rows) => interpolate(rows, t),
-            Form::Turn(turn) => turn.motion(point, |function| function.motion(turn.about, t)),
+            Form::Turn(turn) => {
+                turn.motion(point, turn.angle.motion(point, t), turn.translation.motion(point, t))
+            }
         }
     }
 

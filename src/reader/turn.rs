@@ -4,8 +4,6 @@ use super::dual::{Motion, Scalar};
 
 /// One component of the displacement `d + R(theta) r - r` of a point at the arm `r` from the centre,
 /// with `R r - r = sin(theta) k x r + (1 - cos(theta)) k x (k x r)`.
-///
-/// `F` is the kind of the functions of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turn<F> {
     /// Index of the component.
@@ -22,18 +20,17 @@ pub struct Turn<F> {
 
 impl<F> Turn<F> {
     /// Displacement \[m\] of a point of the reference configuration \[m\], with its exact time
-    /// derivatives. `of` evaluates a function of time.
-    pub(super) fn motion(&self, point: [f64; 3], of: impl Fn(&F) -> Motion) -> Motion {
+    /// derivatives, at this angle and translation.
+    pub(super) fn motion(&self, point: [f64; 3], angle: Motion, translation: Motion) -> Motion {
         let arm = std::array::from_fn(|i| point[i] - self.about[i]);
         let once = cross(self.axis, arm);
         let twice = cross(self.axis, once);
-        let angle = of(&self.angle);
         let (sin, cos) = angle.value.sin_cos();
         // The half angle loses no digits in 1 - cos.
         let versine = 2.0 * (0.5 * angle.value).sin().powi(2);
         let turned = angle.chain(sin, cos, -sin) * Motion::constant(once[self.component])
             + angle.chain(versine, sin, cos) * Motion::constant(twice[self.component]);
-        turned + of(&self.translation)
+        turned + translation
     }
 
     /// The functions of time.
@@ -119,7 +116,7 @@ mod tests {
     /// Kinks are those of the angle and of the translation. Nothing that turns is linear in time.
     #[test]
     fn it_has_the_kinks_of_its_functions() {
-        let turn = |angle: Function| Turn {
+        let turn = |angle: Function| Turn::<Function> {
             component: 0,
             about: [0.0; 3],
             axis: [0.0, 0.0, 1.0],

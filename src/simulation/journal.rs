@@ -23,6 +23,7 @@ use crate::observe::bodies::body_reports;
 use crate::observe::contact::{self, ContactColumn};
 use crate::observe::energy::{Energies, EnergyLedger};
 use crate::observe::fields::surface_cells;
+use crate::observe::lines::{self, WatchedPoint};
 use crate::observe::probes::{self, Watched};
 use crate::observe::reactions::reactions;
 use crate::output::accuracy::AccuracyRecord;
@@ -61,6 +62,8 @@ pub struct Journal<const D: usize> {
     /// Remarks on the choices of the case. They are held until the start-up report prints them.
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
+    /// Points of the segments.
+    line_points: Vec<WatchedPoint>,
     /// Worst precision of coordinates and displacements.
     precision: Option<Precision>,
     /// Warnings that would be printed if the run ended now.
@@ -114,6 +117,7 @@ impl<const D: usize> Journal<D> {
             remarks: super::options::remarks(case),
             units: unit_note(case),
             watched: Vec::new(),
+            line_points: Vec::new(),
             precision: None,
             last_words: Vec::new(),
             record,
@@ -142,6 +146,7 @@ impl<const D: usize> Journal<D> {
         strategy: &dyn Strategy,
     ) -> Result<()> {
         self.watched = probes::watch(system, &self.model.probes)?;
+        self.line_points = lines::locate_lines(system, &self.model.lines)?;
         self.record.unknowns = system.bodies().unknowns() as u64;
         self.record.balance.elements = partition.elements.clone();
         self.record.balance.nodes = partition.owned.clone();
@@ -294,6 +299,7 @@ impl<const D: usize> Journal<D> {
         dt: f64,
     ) -> Result<()> {
         let points = probes::report(system, &self.watched, stage)?;
+        let along = lines::report(system, &self.line_points, stage);
         let contacts = contact::reports(system, stage, ledger.contacts());
         for (penetration, report) in self.record.penetrations.iter_mut().zip(&contacts) {
             let number = |column: ContactColumn<D>| report.number(&column);
@@ -315,6 +321,7 @@ impl<const D: usize> Journal<D> {
             tables.reactions(&reactions)?;
             tables.rigid(&rigid)?;
             tables.bodies(&bodies)?;
+            tables.lines(&along)?;
             tables.energies(energies)?;
             tables.momentum(ledger.momentum())?;
             let rows = StepRows {

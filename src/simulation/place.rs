@@ -95,6 +95,7 @@ pub(super) fn prepare<const D: usize>(
     let optional = OptionalTables {
         rigid: !case.rigid.is_empty(),
         bodies: case.output.bodies,
+        lines: case.output.lines.names().next().is_some(),
         derived: case.output.derived.names().map(str::to_owned).collect(),
     };
     Ok((Some(Tables::open(folder.path(), case.units, lock, optional, past)?), inputs))

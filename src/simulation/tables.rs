@@ -9,6 +9,7 @@ use crate::observe::contact::{CONTACT_FILE, ContactColumn, ContactReport};
 use crate::observe::energy::{
     ENERGY_COLUMNS, ENERGY_FILE, Energies, MOMENTUM_COLUMNS, MOMENTUM_FILE, Momentum,
 };
+use crate::observe::lines::{LINE_COLUMNS, LINE_FILE, LinePoint};
 use crate::observe::probes::{PROBE_FILE, Watched};
 use crate::observe::quantity::{Cell, Column, DERIVED_FILE, TableFile, headings};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE, Reaction};
@@ -25,6 +26,8 @@ pub struct OptionalTables {
     pub rigid: bool,
     /// That of the deformable bodies, if the case requests it.
     pub bodies: bool,
+    /// That of segments, if there are any.
+    pub lines: bool,
     /// Names of the derived quantities; without any there is no table of them.
     pub derived: Vec<String>,
 }
@@ -38,6 +41,8 @@ pub struct Tables<const D: usize> {
     rigid: Option<Table>,
     /// The table of the deformable bodies, if the case requests it.
     bodies: Option<Table>,
+    /// The table of segments, if there are any.
+    lines: Option<Table>,
     /// The table of the derived quantities, if there are any.
     derived: Option<Table>,
     energy: Table,
@@ -83,6 +88,7 @@ impl<const D: usize> Tables<D> {
             reactions: open(&REACTION_FILE, columns::<D, _>(REACTION_COLUMNS))?,
             rigid: optional.rigid.then(|| open(&RIGID_FILE, columns::<D, _>(RIGID_COLUMNS))).transpose()?,
             bodies: optional.bodies.then(|| open(&BODY_FILE, columns::<D, _>(BODY_COLUMNS))).transpose()?,
+            lines: optional.lines.then(|| open(&LINE_FILE, columns::<D, _>(LINE_COLUMNS))).transpose()?,
             derived: (!optional.derived.is_empty())
                 .then(|| open(&DERIVED_FILE, optional.derived))
                 .transpose()?,
@@ -115,6 +121,7 @@ impl<const D: usize> Tables<D> {
             .iter()
             .chain(&self.rigid)
             .chain(&self.bodies)
+            .chain(&self.lines)
             .chain(&self.derived)
             .chain(others)
             .chain([self.iterations.table()])
@@ -247,6 +254,20 @@ impl<const D: usize> Tables<D> {
         reports.iter().try_for_each(|report| {
             let own = BODY_COLUMNS.iter().flat_map(|column| column.cells::<D>(report));
             table.row(&head.clone().chain([Cell::Text(&report.name)]).chain(own).collect::<Vec<_>>())
+        })
+    }
+
+    /// Writes one row for each point of a segment.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn lines(&mut self, points: &[LinePoint]) -> Result<()> {
+        let Some(table) = &mut self.lines else { return Ok(()) };
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        points.iter().try_for_each(|point| {
+            let own = LINE_COLUMNS.iter().flat_map(|column| column.cells::<D>(point));
+            let names = [Cell::Text(&point.name), Cell::Count(point.number)];
+            table.row(&head.clone().chain(names).chain(own).collect::<Vec<_>>())
         })
     }
 

@@ -80,6 +80,7 @@ impl Solid {
             elastic_supports: Vec::new(),
             loads: Vec::new(),
             probes: Vec::new(),
+            lines: Vec::new(),
         }
     }
 

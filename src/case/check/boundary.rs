@@ -16,7 +16,7 @@ impl Check<'_> {
             let does = if actions.is_empty() { "has no action" } else { "has more than one action" };
             self.found.say(name.place, format!("the boundary '{}' {does}", name.value));
             self.found.cure(
-                "give it exactly one of displacement, motion, roller, gravity, traction, pressure, force, torque, foundation, spring",
+                "give it exactly one of displacement, motion, roller, gravity, traction, pressure, line_force, force, torque, foundation, spring",
             );
         }
         for action in &actions {
@@ -30,6 +30,13 @@ impl Check<'_> {
                 }
                 Action::Traction(components) => self.components(name, components),
                 Action::Pressure(pressure) => self.finite(pressure),
+                Action::LineForce(components) => {
+                    self.components(name, components);
+                    if self.dimension == Some(2) {
+                        self.found.say(name.place, "a line force acts in 3D only");
+                        self.found.cure("in 2D use a `force` on points: it is per metre of depth");
+                    }
+                }
                 Action::Force(force) => self.force(name, force),
                 Action::Torque(torque) => self.torque(name, torque),
                 Action::Foundation(foundation) => self.foundation(name, foundation),
@@ -54,6 +61,7 @@ impl Check<'_> {
                 Action::Gravity(_) => (whole, "gravity acts on a whole body, not on one of its sets"),
                 Action::Traction(_) => (!whole, "a traction acts on a surface, such as body.set"),
                 Action::Pressure(_) => (!whole, "a pressure acts on a surface, such as body.set"),
+                Action::LineForce(_) => (!whole, "a line force acts on a set of points, such as body.set"),
                 Action::Force(_) => (!whole, "a force acts on a surface or on points, such as body.set"),
                 Action::Torque(_) => (!whole, "a torque acts on a surface, such as body.set"),
                 Action::Foundation(_) => (!whole, "a foundation acts on a surface, such as body.set"),

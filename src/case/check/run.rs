@@ -3,6 +3,7 @@
 use super::super::{Contact, Linear, Scheme, Start, Strategy};
 use super::Check;
 use crate::reader::at::At;
+use crate::reader::quantity::Length;
 use crate::schemes::Static;
 
 /// More steps than that are a slip of the pen: at a million a day they take three years.
@@ -172,6 +173,21 @@ impl Check<'_> {
             self.at_least_one("'every'", &checkpoint.every);
             self.at_least_one("'keep'", &checkpoint.keep);
             checkpoint.wall_time.into_iter().for_each(|limit| self.found.positive("the wall time", limit));
+        }
+        for line in output.lines.values() {
+            self.size("an end of a line", &line.from);
+            self.size("an end of a line", &line.to);
+            let values = |end: &At<Vec<Length>>| end.iter().map(|x| x.value).collect::<Vec<_>>();
+            let apart = values(&line.from) != values(&line.to);
+            self.found.require(apart, line.to.place, "both ends of the line are the same point");
+            let fits = (2..=10_000).contains(&line.points.value);
+            let message = format!("'points' must be from 2 to 10000, found {}", line.points.value);
+            self.found.require(fits, line.points.place, message);
+            let Some(on) = &line.on else { continue };
+            if self.body_of(on) {
+                let whole = !on.contains('.');
+                self.found.require(whole, on.place, "a line is placed in a body, not in one of its sets");
+            }
         }
         for probe in output.probes.values() {
             self.size("the position of a probe", &probe.at);

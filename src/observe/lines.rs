@@ -1,0 +1,156 @@
+//! `lines.csv`: displacement and velocity at points of segments. One entry of [`LINE_COLUMNS`] is one
+//! column.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
+use crate::assembly::ContactSystem;
+use crate::dynamics::Stage;
+use crate::error::{Error, Result};
+use crate::model::LineModel;
+use crate::petsc::sum_over_ranks;
+use crate::space::{Located, locate, reference};
+use crate::tensor::in_space;
+
+/// The table of all segments.
+pub const LINE_FILE: TableFile = TableFile {
+    name: "lines.csv",
+    rows: "one per step and point of a segment; the file exists only with `output: lines`",
+    keys: &[
+        STEP,
+        TIME,
+        Quantity::number("line", "", "name of the segment in the case"),
+        Quantity::number("point", "", "number of the point, from 1"),
+    ],
+};
+
+/// The columns of `lines.csv` after step, time, name and point.
+pub const LINE_COLUMNS: &[Column<LinePoint>] = &[
+    Column {
+        quantity: Quantity::number(
+            "distance",
+            "m",
+            "distance from the first point in the reference configuration",
+        ),
+        value: Value::Number(|point| point.distance),
+    },
+    Column {
+        quantity: Quantity::vector("reference", "m", "position in the reference configuration"),
+        value: Value::Vector(|point| point.at),
+    },
+    Column { quantity: Quantity::vector("u", "m", "displacement"), value: Value::Vector(|point| point.u) },
+    Column {
+        quantity: Quantity::vector("v", "m/s", "velocity; in statics the rate of the displacement"),
+        value: Value::Vector(|point| point.v),
+    },
+];
+
+/// Values at a point of a segment, the same on all ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinePoint {
+    /// Name of the segment.
+    pub name: String,
+    /// Number of the point, from 1.
+    pub number: u64,
+    /// Distance from the first point \[m\].
+    pub distance: f64,
+    /// Reference position \[m\].
+    pub at: [f64; 3],
+    /// Displacement \[m\].
+    pub u: [f64; 3],
+    /// Velocity \[m/s\].
+    pub v: [f64; 3],
+}
+
+/// A point of a segment, and the nodes that it is interpolated from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WatchedPoint {
+    name: String,
+    number: u64,
+    distance: f64,
+    at: [f64; 3],
+    /// Local nodes with the values of their shape functions; empty on ranks that do not report it.
+    nodes: Vec<(u32, f64)>,
+}
+
+/// Finds the elements that contain the points of the segments: of several, the one with the lowest
+/// number in the mesh. Collective.
+///
+/// # Errors
+/// A point is in no element, the same on all ranks.
+pub fn locate_lines<const D: usize>(
+    system: &ContactSystem<D>,
+    lines: &[LineModel<D>],
+) -> Result<Vec<WatchedPoint>> {
+    let local = system.bodies().local();
+    let mut elements: Vec<u32> = (0..local.mesh.element_count() as u32).collect();
+    elements.retain(|&element| local.mine[element as usize]);
+    elements.sort_unstable_by_key(|&element| local.input_element[element as usize]);
+    let mut watched = Vec::new();
+    for line in lines {
+        let of_body = |element: &u32| {
+            line.body.is_none_or(|body| usize::from(local.mesh.body[*element as usize]) == body)
+        };
+        for (number, point) in (1..).zip(line.points()) {
+            let found = locate(&local.mesh, elements.iter().copied().filter(of_body), &point);
+            let mine = found.map_or(u32::MAX, |found| local.input_element[found.element as usize]);
+            let mut chosen = 0;
+            system.session().world().all_reduce_into(&mine, &mut chosen, SystemOperation::min());
+            if chosen == u32::MAX {
+                return Err(Error::case(format!("line '{}': point {number} is in no element", line.name)));
+            }
+            let nodes =
+                found.filter(|_| mine == chosen).map_or_else(Vec::new, |found| weights(system, &found));
+            let distance = line.distance(number);
+            watched.push(WatchedPoint {
+                name: line.name.clone(),
+                number,
+                distance,
+                at: in_space(&point),
+                nodes,
+            });
+        }
+    }
+    Ok(watched)
+}
+
+/// Local nodes of an element with the values of their shape functions.
+fn weights<const D: usize>(system: &ContactSystem<D>, found: &Located) -> Vec<(u32, f64)> {
+    let mesh = &system.bodies().local().mesh;
+    let nodes = mesh.element_nodes(found.element as usize);
+    let mut shape = vec![0.0; nodes.len()];
+    reference(mesh.kinds[found.element as usize]).shape(&found.coordinates, &mut shape);
+    nodes.iter().copied().zip(shape).collect()
+}
+
+/// Values of all points at the trial state, the same on all ranks. Collective.
+pub fn report<const D: usize>(
+    system: &ContactSystem<D>,
+    watched: &[WatchedPoint],
+    stage: &Stage,
+) -> Vec<LinePoint> {
+    if watched.is_empty() {
+        return Vec::new();
+    }
+    let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
+    let at = |point: &WatchedPoint, field: &[f64]| {
+        let mut sum = [0.0; 3];
+        for &(node, weight) in &point.nodes {
+            (0..D).for_each(|i| sum[i] += weight * field[node as usize * D + i]);
+        }
+        sum
+    };
+    let value = |point: &WatchedPoint| LinePoint {
+        name: point.name.clone(),
+        number: point.number,
+        distance: point.distance,
+        at: point.at,
+        u: at(point, &u),
+        v: at(point, &v),
+    };
+    let mut points: Vec<LinePoint> = watched.iter().map(value).collect();
+    let sums = points.iter_mut().flat_map(|point| point.u.iter_mut().chain(&mut point.v));
+    sum_over_ranks(system.session().world(), sums);
+    points
+}
