@@ -46,7 +46,7 @@ pub use guard::Guard;
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
-pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation};
+pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, inertia_tensor};
 pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
 pub use start::Start;
