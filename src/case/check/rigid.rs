@@ -115,7 +115,7 @@ impl Check<'_> {
                 let (message, cure) = match reason {
                     NoSolid::Unbounded => ("has no volume: it is infinite, hollow or open", GIVE_MASS),
                     NoSolid::Offset => (
-                        "has a radius, and no density: the volume between triangles and surface is not known",
+                        "has a `radius` around its triangles: its volume is not known",
                         "remove `radius` from the surface, or give `mass`, `inertia` and `center`",
                     ),
                     NoSolid::Overlap => ("has a radius that fills a notch of its points", GIVE_MASS),
@@ -149,7 +149,12 @@ impl Check<'_> {
         const ROUNDED: f64 = 1e-12;
         match self.dimension {
             Some(2) => self.found.entries("the inertia", inertia, 1),
-            Some(3) if inertia.len() != 6 => self.found.entries("the inertia", inertia, 3),
+            Some(3) if inertia.len() != 6 => {
+                self.found.entries("the inertia", inertia, 3);
+                if inertia.len() != 3 {
+                    self.found.cure("or give the six entries xx, yy, zz, xy, yz, xz of the tensor");
+                }
+            }
             _ => {}
         }
         if inertia.len() != 3 && inertia.len() != 6 || self.dimension != Some(3) {
