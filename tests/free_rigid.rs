@@ -129,6 +129,94 @@ fn a_free_top_precesses() {
     }
 }
 
+/// A top whose tensor of inertia has products moves as the same top with its principal axes along x,
+/// y and z, turned. Energy and angular momentum converge with order two.
+#[test]
+fn a_top_with_products_of_inertia_is_a_turned_top() {
+    use nalgebra::{Matrix3, Rotation3, Vector3};
+    let principal = Matrix3::from_diagonal(&Vector3::new(1.0, 1.2, 1.9));
+    let turn = Rotation3::from_scaled_axis(Vector3::new(0.5, -0.9, 0.3));
+    let spin = Vector3::new(2.0, -1.0, 3.0);
+    let tops = |step: f64, scheme: &str| {
+        let all = [(principal, spin), (turn * principal * turn.inverse(), turn * spin)];
+        all.map(|(inertia, spin)| {
+            let six = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|at| inertia[at]);
+            let six = if inertia == principal { six[..3].to_vec() } else { six.to_vec() };
+            let case = top(step, scheme)
+                .replace("inertia: [1, 1, 1.5]", &format!("inertia: {six:?}"))
+                .replace("initial_spin: [2, 0, 3]", &format!("initial_spin: {:?}", spin.as_slice()));
+            let results = Results::of(&case, 1);
+            let [rigid, momenta, energy] =
+                ["rigid.csv", "momentum.csv", "energy.csv"].map(|name| results.table(name));
+            let read = |table: &Table, name: &str| {
+                Vector3::from(["x", "y", "z"].map(|axis| table.last(&format!("{name}_{axis}"))))
+            };
+            let orbit = Vector3::new(0.0, 0.0, 3.0 * -0.5);
+            (read(&rigid, "spin"), read(&momenta, "angular") - orbit, energy.last("kinetic"))
+        })
+    };
+    let momentum = principal * spin;
+    let kinetic = 0.5 * spin.dot(&momentum) + 0.5 * 2.0 * (0.25 + 0.0625);
+    for scheme in ["midpoint", "{ generalized_alpha: { spectral_radius: 0.8 } }"] {
+        let errors = [0.02, 0.01].map(|step| {
+            let [plain, turned] = tops(step, scheme);
+            assert!((turn * plain.0 - turned.0).norm() < 1e-8, "{scheme}: {plain:?} {turned:?}");
+            assert!((turn * plain.1 - turned.1).norm() < 1e-8, "{scheme}: {plain:?} {turned:?}");
+            assert!((plain.2 - turned.2).abs() < 1e-8, "{scheme}: {plain:?} {turned:?}");
+            [(turned.1 - turn * momentum).norm(), (turned.2 - kinetic).abs()]
+        });
+        let order = (errors[0][0] / errors[1][0]).log2();
+        assert!((order - 2.0).abs() < 0.1, "{scheme}: {errors:?} {order}");
+        assert!(errors[1][0] < 0.02 && errors[1][1] < 2e-3, "{scheme}: {errors:?}");
+    }
+}
+
+/// A tetrahedron from a file has the mass, the centre of mass and the inertia of its density, and
+/// moves about this centre: equal on 1 and 3 ranks.
+#[test]
+fn a_density_gives_a_surface_its_mass() {
+    let folder = Folder::new("free-surface");
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut stl = String::from("solid t\n");
+    for face in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] {
+        stl += "facet normal 0 0 0\nouter loop\n";
+        for [x, y, z] in face.map(|k: usize| corners[k]) {
+            stl += &format!("vertex {x} {y} {z}\n");
+        }
+        stl += "endloop\nendfacet\n";
+    }
+    folder.write("tetra.stl", &(stl + "endsolid t\n"));
+    let case = top(0.02, "midpoint")
+        .replace(
+            "{ sphere: { center: [3, 0, 0], radius: 0.5 } }",
+            "{ surface: { file: tetra.stl, position: [3, 0, 0] } }",
+        )
+        .replace("mass: 2\n", "density: 600\n")
+        .replace("      inertia: [1, 1, 1.5]\n", "");
+    folder.write("case.yml", &case);
+    let tables = [1, 3].map(|ranks| {
+        let out = format!("results-{ranks}");
+        run(ranks, &["case.yml", "--output", &out], &folder).success();
+        ["rigid.csv", "momentum.csv"].map(|name| Table::read(&folder.join(&out).join(name)))
+    });
+    let [rigid, momenta] = &tables[0];
+    for (axis, at) in [("x", 3.25), ("y", 0.25), ("z", 0.25)] {
+        assert!((rigid.numbers(&format!("position_{axis}"))[0] - at).abs() < 1e-12);
+    }
+    // Mass 100 kg. About the centroid the moments are m (1/10 - 1/16) 2, and the products m / 80.
+    let inertia = nalgebra::Matrix3::from_fn(|i, j| if i == j { 7.5 } else { 1.25 });
+    let position = nalgebra::Vector3::new(3.25, 0.25, 0.25);
+    let velocity = nalgebra::Vector3::new(0.5, -0.25, 0.0);
+    let expected = position.cross(&velocity) * 100.0 + inertia * nalgebra::Vector3::new(2.0, 0.0, 3.0);
+    for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let linear = momenta.numbers(&format!("linear_{axis}"));
+        assert!(linear.iter().all(|value| (value - 100.0 * velocity[i]).abs() < 1e-10));
+        assert!((momenta.numbers(&format!("angular_{axis}"))[0] - expected[i]).abs() < 1e-10);
+        let spin = format!("spin_{axis}");
+        assert!(apart(&rigid.numbers(&spin), &tables[1][0].numbers(&spin)) < 1e-10);
+    }
+}
+
 /// A prescribed rotation that is not zero at the start is there from the start, while forces move
 /// the body.
 #[test]

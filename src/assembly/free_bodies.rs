@@ -10,7 +10,7 @@ use std::rc::Rc;
 use mpi::traits::{Communicator, Root};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::contact::rigid::{BodyFrame, FreeRigid, MassProperties};
+use crate::contact::rigid::{BodyFrame, FreeRigid, MassProperties, principal_axes};
 use crate::contact::target::ContactTarget;
 use crate::dynamics::{MovingPart, RigidMotion, Stage};
 use crate::error::Result;
@@ -19,7 +19,7 @@ use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, BlockValues, Session, Values, Vector as PetscVector};
 use crate::reader::function::PlacedFunction;
 use crate::space::PrescribedFields;
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 use crate::terms::Terms;
 
 /// The free rigid bodies of a case, on every rank.
@@ -110,8 +110,8 @@ impl<const D: usize> FreeBody<D> {
             return self.model.translation[component].as_ref().map(|function| (function, 1.0));
         }
         let (axis, angle) = self.model.rotation.as_ref()?;
-        let along = |i: usize| axis[FreeRigid::<D>::axis(i)] * self.rigid.lengths[i];
-        (component < FreeRigid::<D>::ROTATIONS).then(|| (angle, along(component)))
+        let change = self.rigid.change(&Vector3::from(*axis));
+        (component < FreeRigid::<D>::ROTATIONS).then(|| (angle, change[component]))
     }
 
     /// Orientation at the end of the step.
@@ -185,14 +185,18 @@ impl<const D: usize> FreeBodies<D> {
             let nodes = node(0).zip(node(1)).map(|(position, rotation)| [position, rotation]);
             let mut globals = nodes.map_or([0; 2], |nodes| nodes.map(|node| local.index.global(node)));
             world.process_at_rank(0).broadcast_into(&mut globals[..]);
-            let radii = body.mass.map_or([0.0; D], |mass| FreeRigid::<D>::radii_of_gyration(&mass));
+            let axes = match body.mass {
+                Some(mass) if D == 3 => principal_axes(&mass.inertia, body.fixed_rotations),
+                _ => Tensor::<3>::identity(),
+            };
+            let radii = body.mass.map_or([0.0; D], |mass| FreeRigid::<D>::radii_of_gyration(&mass, &axes));
             // The length of a rotation without inertia is only a scale.
             let lengths = radii.map(|radius| if radius > 0.0 { radius } else { 0.5 * size });
             bodies.push(FreeBody {
                 name: name.to_owned(),
                 globals,
                 model: Rc::clone(body),
-                rigid: FreeRigid { centre: body.centre, lengths },
+                rigid: FreeRigid { centre: body.centre, lengths, axes },
                 nodes,
                 orientation: UnitQuaternion::identity(),
             });
@@ -298,10 +302,10 @@ impl<const D: usize> FreeBodies<D> {
         for (body, nodes) in self.own() {
             let spin = Vector3::from(body.model.initial_spin);
             let spin = body.seen_from_body(&body.orientation, &spin);
+            let rate = body.rigid.change(&spin);
             for i in 0..D {
                 v[nodes[0] as usize * D + i] = body.model.initial_velocity[i];
-                let about = if i < FreeRigid::<D>::ROTATIONS { spin[FreeRigid::<D>::axis(i)] } else { 0.0 };
-                v[nodes[1] as usize * D + i] = about * body.rigid.lengths[i];
+                v[nodes[1] as usize * D + i] = rate[i];
             }
         }
     }
@@ -420,7 +424,7 @@ impl<const D: usize> FreeBodies<D> {
         for (body, [_, rotation]) in self.own() {
             let Some(slot) = pattern.slot(rotation as usize, body.globals[1]) else { continue };
             let about = rotation as usize * D;
-            let mut block = crate::tensor::Tensor::<D>::zeros();
+            let mut block = Tensor::<D>::zeros();
             if let Some(mass) = massive(body).filter(|_| stage.inertia && terms.contains(Terms::MASS)) {
                 let rate = Vector::from_column_slice(&stage.trial.v.local()[about..][..D]);
                 block += body.rigid.gyroscopic(&mass, &rate).1 * stage.shifts.velocity;
@@ -503,7 +507,10 @@ impl<const D: usize> FreeBodies<D> {
                     let mut spin = [0.0; 3];
                     match k {
                         0 => shift[i] = 1.0,
-                        _ => spin[FreeRigid::<D>::axis(i)] = 1.0 / body.rigid.lengths[i],
+                        _ => {
+                            let unit = Vector::from_fn(|j, _| f64::from(u8::from(i == j)));
+                            spin = body.rigid.step_vector(&unit);
+                        }
                     }
                     let name = format!("'{}'", body.name);
                     let spread = body.rigid.lengths[i].powi(2);
@@ -522,10 +529,10 @@ impl<const D: usize> FreeBodies<D> {
     pub fn spins(&self, stage: &Stage, momenta: &[f64], mut receive: impl FnMut(usize, [f64; 3])) {
         for (body, [_, rotation]) in self.own() {
             let node = rotation as usize;
-            let mut seen = Vector3::zeros();
-            for i in 0..FreeRigid::<D>::ROTATIONS {
-                seen[FreeRigid::<D>::axis(i)] = momenta[node * D + i] * body.rigid.lengths[i];
-            }
+            let Some(mass) = massive(body).filter(|mass| mass.mass > 0.0) else { continue };
+            let rate = Vector::from_column_slice(&momenta[node * D..][..D]) / mass.mass;
+            // With the products of inertia about axes that are fixed.
+            let seen = mass.inertia * Vector3::from(body.rigid.angular_velocity(&rate));
             let angular = match D {
                 2 => seen,
                 _ => body.orientation_of(stage, rotation) * seen,

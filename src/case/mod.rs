@@ -49,7 +49,7 @@ pub use output::{Checkpoint, Fields, Line, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
 pub use region::Region;
-pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation};
+pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, inertia_tensor};
 pub use roller::Roller;
 pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};

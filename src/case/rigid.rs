@@ -9,7 +9,7 @@ use crate::reader::at::At;
 use crate::reader::function::{Function, Varying, VaryingAcceleration, VaryingNumber};
 use crate::reader::quantity::{Density, Length, Number, Quantity, Rate, Velocity};
 use crate::reader::turn::Turn;
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 
 /// A rigid body that others touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,14 +34,18 @@ pub struct FreeMotion {
     /// Mass [kg, per metre of depth in 2D], > 0. Statics needs no mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<Quantity<1, 0, 0>>,
-    /// Moments of inertia about the centre of mass [kg m2, per metre of depth in 2D], > 0: one in
-    /// 2D; in 3D about the axes x, y, z, which are principal axes in the reference configuration.
+    /// Inertia about the centre of mass in the reference configuration [kg m2, per metre of depth in
+    /// 2D]: one moment > 0 in 2D. In 3D the moments about the axes x, y, z if these are principal axes, or
+    /// the six entries xx, yy, zz, xy, yz, xz of the tensor of inertia. Its entry xy is minus the
+    /// integral of `x y` over the mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<At<Vec<Quantity<1, 2, 0>>>>,
-    /// Density of a sphere or disc \[kg/m3\], in place of `mass` and `inertia`.
+    /// Density \[kg/m3\], in place of `mass`, `inertia` and `center`, of a shape that is a solid: a
+    /// sphere, box, capsule, torus, closed polyline, or surface without `radius`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<Density>,
-    /// Centre of mass in the reference configuration \[m\]; the centre of the shape if absent.
+    /// Centre of mass in the reference configuration \[m\]. If absent, that of the solid if there is a
+    /// `density`, and the centre of the shape otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<At<Vec<Length>>>,
     /// Directions in which the body does not move: `ux`, `uy`, `uz`, and the rotations `rx`, `ry`,
@@ -63,6 +67,20 @@ pub struct FreeMotion {
     /// Initial angular velocity \[1/s\]: one entry in 2D, three in 3D; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_spin: Option<At<Vec<Rate>>>,
+}
+
+/// The tensor of inertia from one moment about z, three moments about x, y and z, or the six entries
+/// xx, yy, zz, xy, yz, xz. Zero for other numbers of entries.
+pub fn inertia_tensor(list: &[Quantity<1, 2, 0>]) -> Tensor<3> {
+    let entry = |k: usize| list.get(k).map_or(0.0, |entry| entry.value);
+    let moments = match list.len() {
+        1 => [0.0, 0.0, entry(0)],
+        3 | 6 => [entry(0), entry(1), entry(2)],
+        _ => [0.0; 3],
+    };
+    let [xy, yz, xz] = if list.len() == 6 { [entry(3), entry(4), entry(5)] } else { [0.0; 3] };
+    let [xx, yy, zz] = moments;
+    Tensor::<3>::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
 /// A degree of freedom of a rigid body.

@@ -12,11 +12,12 @@ use super::{
 use crate::case::{
     self, Action, At, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying,
 };
+use crate::contact::obstacle::SolidMoments;
 use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 
 impl<const D: usize> Model<D> {
     /// Builds the laws and resolves the names of a checked case.
@@ -287,9 +288,11 @@ fn free_body<const D: usize>(case: &Case, body: &case::Rigid, free: &case::FreeM
     for (k, value) in spin.iter().enumerate() {
         initial_spin[if D == 2 { 2 } else { k }] = *value;
     }
+    let solid = free.density.and_then(|_| body.shape.shape::<D>().solid());
+    let centre = || solid.map_or_else(|| body.shape.centre(), |solid| solid.centroid);
     FreeBodyModel {
-        centre: free.center.as_ref().map_or_else(|| body.shape.centre(), |center| lengths(center).into()),
-        mass: mass_of::<D>(body, free),
+        centre: free.center.as_ref().map_or_else(centre, |center| lengths(center).into()),
+        mass: mass_of::<D>(free, solid.as_ref()),
         translation,
         fixed_rotations: std::array::from_fn(|i| {
             free.fixes(|degree| degree.axis() == Some(i)) || (D == 2 && i < 2)
@@ -303,25 +306,21 @@ fn free_body<const D: usize>(case: &Case, body: &case::Rigid, free: &case::FreeM
     }
 }
 
-/// Mass and inertia of a free body: given, or those of a ball or disc of this density.
-fn mass_of<const D: usize>(body: &case::Rigid, free: &case::FreeMotion) -> Option<MassProperties> {
-    if let (Some(density), Some(radius)) = (free.density, body.shape.radius_of_solid()) {
-        let volume = match D {
-            2 => std::f64::consts::PI * radius.powi(2),
-            _ => 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3),
-        };
-        let mass = density.value * volume;
-        let share = if D == 2 { 0.5 } else { 0.4 };
-        return Some(MassProperties { mass, inertia: [share * mass * radius.powi(2); 3] });
+/// Mass and inertia of a free body: given, or those of the solid `solid` of the given density.
+fn mass_of<const D: usize>(
+    free: &case::FreeMotion,
+    solid: Option<&SolidMoments<D>>,
+) -> Option<MassProperties> {
+    if let Some(density) = free.density {
+        let density = density.value;
+        return solid.map(|solid| MassProperties {
+            mass: density * solid.volume,
+            inertia: solid.inertia() * density,
+        });
     }
-    let given: Vec<f64> =
-        free.inertia.iter().flat_map(|list| list.iter()).map(|moment| moment.value).collect();
-    let inertia = match given[..] {
-        [about_z] => [0.0, 0.0, about_z],
-        [x, y, z] => [x, y, z],
-        _ => [0.0; 3],
-    };
-    free.mass.map(|mass| MassProperties { mass: mass.value, inertia })
+    let mass = free.mass?.value;
+    let inertia = free.inertia.as_ref().map_or_else(Tensor::<3>::zeros, |list| case::inertia_tensor(list));
+    Some(MassProperties { mass, inertia })
 }
 
 /// The treatment of locking of a case in the elements.

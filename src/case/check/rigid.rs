@@ -1,9 +1,14 @@
 //! Checks of `rigid`.
 
-use super::super::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, Strategy};
+use super::super::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, Strategy, inertia_tensor};
 use super::Check;
+use crate::contact::obstacle::NoSolid;
 use crate::reader::at::At;
 use crate::reader::function::Varying;
+use crate::reader::quantity::Quantity;
+
+/// Cure of shapes that have no mass from a density.
+const GIVE_MASS: &str = "give `mass` and `inertia`, or choose a shape that is a solid";
 
 impl Check<'_> {
     pub(super) fn rigid(&mut self, name: &At<String>, body: &Rigid) {
@@ -105,32 +110,32 @@ impl Check<'_> {
                 self.found.say(place, format!("'{name}' has both a density and a mass or inertia"));
                 self.found.cure("give either `density`, or `mass` and `inertia`");
             }
-            if body.shape.radius_of_solid().is_none() {
-                self.found.say(density.place, format!("the shape of '{name}' has no volume"));
-                self.found.cure("give `mass` and `inertia`; a density needs a sphere or a disc");
+            if let Some(center) = &free.center {
+                self.found.say(center.place, format!("'{name}' has both a density and a centre of mass"));
+                self.found.cure("remove `center`, or give `mass` and `inertia` in place of `density`");
+            }
+            let reason = self.dimension.and_then(|dimension| body.shape.no_solid(dimension));
+            if let Some(reason) = reason.filter(|_| self.found.is_empty()) {
+                let (message, cure) = match reason {
+                    NoSolid::Unbounded => ("has no volume: it is infinite, hollow or open", GIVE_MASS),
+                    NoSolid::Offset => (
+                        "has a `radius` around its triangles: its volume is not known",
+                        "remove `radius` from the surface, or give `mass`, `inertia` and `center`",
+                    ),
+                    NoSolid::Overlap => ("has a radius that fills a notch of its points", GIVE_MASS),
+                };
+                self.found.say(density.place, format!("the shape of '{name}' {message}"));
+                self.found.cure(cure);
             }
         }
         free.mass.iter().for_each(|&mass| self.found.positive("the mass", mass));
-        if let Some(inertia) = &free.inertia {
-            if let Some(dimension) = self.dimension {
-                self.found.entries("the inertia", inertia, if dimension == 2 { 1 } else { 3 });
-            }
-            inertia.iter().for_each(|&moment| self.found.positive("a moment of inertia", moment));
-            let about = |i: usize| inertia.get(i).map_or(0.0, |moment| moment.value);
-            let most = [about(0), about(1), about(2)].into_iter().fold(0.0, f64::max);
-            let fits = inertia.len() != 3 || 2.0 * most <= (about(0) + about(1) + about(2)) * (1.0 + 1e-12);
-            self.found.require(
-                fits,
-                inertia.place,
-                "no body has a moment of inertia above the sum of the other two",
-            );
-        }
+        free.inertia.iter().for_each(|inertia| self.inertia(inertia));
         if is_static || free.density.is_some() {
             return;
         }
         if free.mass.is_none() {
             self.found.say(free.place, format!("the free rigid body '{name}' has no mass"));
-            self.found.cure("add `mass`, or `density` for a sphere or a disc");
+            self.found.cure("add `mass`, or `density` if the shape is a solid");
         }
         let turns = rotation_of(body).is_some()
             || (0..3).any(|axis| {
@@ -139,6 +144,48 @@ impl Check<'_> {
         if free.inertia.is_none() && turns {
             self.found.say(free.place, format!("the free rigid body '{name}' has no moment of inertia"));
             self.found.cure("add `inertia`, or fix its rotations with `fixed`");
+        }
+    }
+
+    /// The entries are those of a tensor of inertia of a body.
+    fn inertia(&mut self, inertia: &At<Vec<Quantity<1, 2, 0>>>) {
+        /// Part of the largest moment by which given numbers may miss the bounds, as they are rounded.
+        const ROUNDED: f64 = 1e-12;
+        match self.dimension {
+            Some(2) => self.found.entries("the inertia", inertia, 1),
+            Some(3) if inertia.len() != 6 => {
+                self.found.entries("the inertia", inertia, 3);
+                if inertia.len() != 3 {
+                    self.found.cure("or give the six entries xx, yy, zz, xy, yz, xz of the tensor");
+                }
+            }
+            _ => {}
+        }
+        if inertia.len() != 3 && inertia.len() != 6 || self.dimension != Some(3) {
+            inertia.iter().for_each(|&moment| self.found.positive("a moment of inertia", moment));
+            return;
+        }
+        inertia[..3].iter().for_each(|&moment| self.found.positive("a moment of inertia", moment));
+        let tensor = inertia_tensor(inertia);
+        if tensor.iter().any(|entry| !entry.is_finite()) {
+            self.found.say(inertia.place, "an entry of the inertia is not finite");
+            return;
+        }
+        let mut moments: [f64; 3] = tensor.symmetric_eigenvalues().into();
+        moments.sort_by(f64::total_cmp);
+        let [least, middle, most] = moments;
+        if least <= ROUNDED * most {
+            let message = format!("a tensor of inertia has positive principal moments, found {least:.3e}");
+            self.found.say(inertia.place, message);
+            self.found.cure("the entries are xx, yy, zz, xy, yz, xz; products are smaller than moments");
+        } else if most > (least + middle) * (1.0 + ROUNDED) {
+            let message = format!(
+                "no body has a principal moment of inertia above the sum of the other two, found {least:.3e}, \
+                 {middle:.3e} and {most:.3e}"
+            );
+            self.found.say(inertia.place, message);
+            self.found
+                .cure("check the entries, which are xx, yy, zz, xy, yz, xz, and the signs of the products");
         }
     }
 

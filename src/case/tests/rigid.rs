@@ -149,7 +149,17 @@ fn what_is_wrong_with_a_free_body_is_reported() {
         (dynamic("{ mass: 0, inertia: [1] }"), &["case.yml:8:", "mass", "0"]),
         (flat("{ mass: 1, inertia: [1, 2] }"), &["case.yml:7:", "inertia", "1 entr"]),
         (space("{ mass: 1, inertia: [1, 1, 3] }"), &["case.yml:7:", "sum of the other two"]),
+        (space("{ mass: 1, inertia: [1, 1] }"), &["case.yml:7:", "inertia", "3 entr", "six entries xx"]),
+        (
+            space("{ mass: 1, inertia: [1, 1, 1, 2, 0, 0] }"),
+            &["case.yml:7:", "positive principal moments, found -1", "xx, yy, zz, xy, yz, xz"],
+        ),
+        (
+            space("{ mass: 1, inertia: [1, 1, 1, 0.6, 0, 0] }"),
+            &["case.yml:7:", "found 4.000e-1, 1.000e0 and 1.600e0", "signs of the products"],
+        ),
         (flat("{ density: 1000 }"), &["case.yml:7:", "no volume", "`mass` and `inertia`"]),
+        (flat("{ density: 1000, center: [0, 1] }"), &["case.yml:7:", "a density and a centre of mass"]),
         (flat("{ density: 1000, mass: 1 }"), &["case.yml:7:", "both a density and a mass"]),
         (flat("{ fixed: [uz] }"), &["case.yml:7:", "ux, uy and rz"]),
         (flat("{ fixed: [w] }"), &["case.yml:7:", "w"]),

@@ -7,10 +7,11 @@ use super::tests::{Scene, regimes};
 use super::*;
 use crate::contact::obstacle::sample_shapes;
 use crate::contact::pair_scene::{coulomb, penalty};
-use crate::contact::rigid::FreeRigid;
+use crate::contact::rigid::{FreeRigid, principal_axes};
 use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::mesh::ElementKind;
 use crate::taylor::{scatter, taylor_rate};
+use crate::tensor::Tensor;
 
 /// Displacement, rotation and their rates of the body, by size.
 const MOTION: f64 = 0.02;
@@ -68,9 +69,11 @@ impl<const D: usize> Scene<D> {
 }
 
 fn body<const D: usize>() -> FreeRigid<D> {
+    let skewed = Tensor::<3>::new(0.6, 0.1, -0.05, 0.1, 0.8, 0.2, -0.05, 0.2, 0.9);
     FreeRigid {
         centre: Vector::from_fn(|i, _| [0.3, 0.5, 0.45][i]),
         lengths: std::array::from_fn(|i| [0.4, 0.6, 0.3][i]),
+        axes: if D == 2 { Tensor::<3>::identity() } else { principal_axes(&skewed, [false; 3]) },
     }
 }
 
@@ -139,7 +142,8 @@ fn the_force_on_the_body_is_the_reaction() {
         let body = body::<3>();
         let centre = body.centre + Vector3::from_column_slice(&scene.u[first..first + 3]);
         let frame = scene.contact.target.frame().unwrap();
-        let moment = frame.at_end() * vector(first + 3).component_mul(&Vector3::from(body.lengths));
+        let moment =
+            frame.at_end() * (body.axes * vector(first + 3).component_mul(&Vector3::from(body.lengths)));
         let mut total = vector(first);
         let mut about = moment + centre.cross(&vector(first));
         let mut size = 0.0;

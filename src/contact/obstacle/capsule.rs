@@ -4,13 +4,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::check_place;
-use super::numbers;
 use super::shape::{Outline, Proximity, Shape, tube_about};
 use super::side::Side;
+use super::solid::{SolidMoments, rounded_box};
+use super::{numbers, tangents_of};
 use crate::reader::at::At;
 use crate::reader::findings::Findings;
 use crate::reader::quantity::Length;
-use crate::tensor::{Vector, cross};
+use crate::tensor::{Tensor, Vector, cross};
 
 /// Cylinder of finite length with round ends, in 2D a stadium; side: outside or inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -93,6 +94,17 @@ impl<const D: usize> Shape<D> for Capsule<D> {
             motions[0] = cross(&(to - from).normalize(), &(x - from));
         }
         motions
+    }
+
+    fn solid(&self) -> Option<SolidMoments<D>> {
+        let [from, to] = self.ends;
+        let half = Vector::from_fn(|i, _| if i == 0 { 0.5 * (to - from).norm() } else { 0.0 });
+        // In 2D the second tangent of the axis is zero.
+        let axis = (to - from).try_normalize(0.0)?;
+        let across = tangents_of(&axis);
+        let columns: [Vector<D>; D] = std::array::from_fn(|i| if i == 0 { axis } else { across[i - 1] });
+        let rotation = Tensor::from_columns(&columns);
+        (self.side == Side::Outside).then(|| rounded_box((from + to) * 0.5, &half, self.radius, &rotation))
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

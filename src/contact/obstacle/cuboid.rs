@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::check::{check_direction, check_place, check_radius};
 use super::shape::{Outline, Proximity, Shape};
 use super::side::Side;
+use super::solid::{SolidMoments, rounded_box};
 use super::{numbers, rotation_about};
 use crate::reader::at::At;
 use crate::reader::findings::Findings;
@@ -147,6 +148,11 @@ impl<const D: usize> Shape<D> for Cuboid<D> {
 
     fn outline(&self) -> Outline {
         Outline::Edged
+    }
+
+    fn solid(&self) -> Option<SolidMoments<D>> {
+        (self.side == Side::Outside)
+            .then(|| rounded_box(self.centre, &self.half, self.radius, &self.rotation))
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

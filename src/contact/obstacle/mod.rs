@@ -7,6 +7,7 @@
 mod check;
 mod shape;
 mod side;
+mod solid;
 mod triangles;
 
 pub use capsule::Capsule;
@@ -17,6 +18,7 @@ pub use plane::Plane;
 pub use polyline::Polyline;
 pub use shape::{Core, Outline, Proximity, Shape, is_flat_along};
 pub use side::Side;
+pub use solid::SolidMoments;
 pub use sphere::Sphere;
 pub use surface::Surface;
 pub use torus::Torus;
@@ -48,12 +50,6 @@ macro_rules! obstacles {
             /// Whether its surface is a plane.
             pub fn is_plane(&self) -> bool {
                 self.shape::<3>().is_plane()
-            }
-
-            /// Radius of a ball or disc \[m\]; `None` for other shapes.
-            pub fn radius_of_solid(&self) -> Option<f64> {
-                let ball = self.shape::<3>().core().filter(|core| core.axis.is_none());
-                ball.map(|core| core.radius)
             }
 
             /// The point about which it rotates unless the case names another one \[m\].
@@ -90,6 +86,36 @@ impl Obstacle {
         match self {
             Self::SurfaceObstacle(surface) => Some(surface),
             _ => None,
+        }
+    }
+}
+
+/// Why a shape has no mass from a density.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoSolid {
+    /// The shape is infinite, hollow or open.
+    Unbounded,
+    /// The surface is at a distance from the triangles of a file.
+    Offset,
+    /// The radius of a closed polyline fills a notch.
+    Overlap,
+}
+
+impl Obstacle {
+    /// Why the shape has no mass from a density in this dimension; `None` if it has. The answer does not need
+    /// the file of a surface.
+    pub fn no_solid(&self, dimension: usize) -> Option<NoSolid> {
+        if let Self::SurfaceObstacle(surface) = self {
+            return surface.no_solid();
+        }
+        let solid = match dimension {
+            2 => self.shape::<2>().solid().is_some(),
+            _ => self.shape::<3>().solid().is_some(),
+        };
+        match self {
+            _ if solid => None,
+            Self::PolylineObstacle(line) if line.is_solid() => Some(NoSolid::Overlap),
+            _ => Some(NoSolid::Unbounded),
         }
     }
 }

@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 use super::numbers;
 use super::shape::{Outline, Proximity, Shape, tube_about};
 use super::side::Side;
+use super::solid::{SolidMoments, SurfaceSums};
 use crate::reader::at::At;
 use crate::reader::findings::Findings;
 use crate::reader::quantity::Length;
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 
 /// Chain of straight lines with a radius, in 2D only: a profile, or a bent plate.
 ///
@@ -91,6 +92,18 @@ impl PolylineObstacle {
         self.points.iter().map(|point| numbers(point)).collect()
     }
 
+    /// Whether it bounds a solid on the side of its region.
+    pub(super) fn is_solid(&self) -> bool {
+        self.closed && self.side == Side::Outside
+    }
+
+    /// From points and radius \[m\], whether the last point is joined to the first one, and the free
+    /// side.
+    pub fn of(points: &[[f64; 2]], radius: f64, closed: bool, side: Side) -> Self {
+        let points = points.iter().map(|point| At::from(point.map(Length::new).to_vec()));
+        Self { points: points.collect::<Vec<_>>().into(), radius: Length::new(radius), closed, side }
+    }
+
     /// The mean of the points.
     pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
         let points = self.vertices::<D>();
@@ -105,15 +118,11 @@ impl PolylineObstacle {
     }
 
     pub(super) fn samples() -> Vec<Self> {
-        let of = |points: &[[f64; 2]], radius: f64, closed: bool, side: Side| {
-            let points = points.iter().map(|point| At::from(point.map(Length::new).to_vec()));
-            Self { points: points.collect::<Vec<_>>().into(), radius: Length::new(radius), closed, side }
-        };
         let profile = [[-0.3, -0.2], [0.2, -0.3], [0.2, 0.1], [-0.1, 0.2]];
         vec![
-            of(&profile, 0.4, true, Side::Outside),
-            of(&[[-1.5, -1.4], [-1.3, 1.3], [1.4, 0.7], [1.1, -1.2]], 0.3, true, Side::Inside),
-            of(&[[-0.9, 0.1], [-0.1, 0.0], [0.1, -0.9]], 0.5, false, Side::Outside),
+            Self::of(&profile, 0.4, true, Side::Outside),
+            Self::of(&[[-1.5, -1.4], [-1.3, 1.3], [1.4, 0.7], [1.1, -1.2]], 0.3, true, Side::Inside),
+            Self::of(&[[-0.9, 0.1], [-0.1, 0.0], [0.1, -0.9]], 0.5, false, Side::Outside),
         ]
     }
 }
@@ -182,6 +191,61 @@ impl<const D: usize> Polyline<D> {
     }
 }
 
+impl<const D: usize> Polyline<D> {
+    /// Moments of the solid in the x-y plane, whose surface consists of lines and of arcs about the
+    /// corners that point outward. `None` if the radius fills a notch, so that this is not its
+    /// surface. `sign` is 1 if the chain runs counterclockwise and -1 if clockwise.
+    fn moments(&self, sign: f64) -> Option<SolidMoments<2>> {
+        let in_plane = |x: &Vector<D>| Vector::<2>::new(x[0], x[1]);
+        let count = self.points.len();
+        let points = |k: usize| {
+            let k = k % count;
+            in_plane(&self.points[if sign > 0.0 { k } else { count - 1 - k }])
+        };
+        let middle = (0..count).map(points).sum::<Vector<2>>() / count.max(1) as f64;
+        let mut sums = SurfaceSums::<2>::about(middle);
+        let direction = |k: usize| (points(k + 1) - points(k)).try_normalize(0.0);
+        // Angle by which the chain turns to the left at the start of a line.
+        let turn = |k: usize| -> Option<f64> {
+            let (one, other) = (direction(k + count - 1)?, direction(k)?);
+            Some((one[0] * other[1] - one[1] * other[0]).atan2(one.dot(&other)))
+        };
+        // Length by which lines end before a corner that points inward.
+        let cut = |k: usize| Some((-0.5 * turn(k)?).tan().max(0.0) * self.radius);
+        let mut convex = true;
+        let mut marks = Vec::new();
+        for k in 0..count {
+            let along = direction(k)?;
+            let right = Vector::<2>::new(along[1], -along[0]) * self.radius;
+            let from = points(k) + right + along * cut(k)?;
+            let to = points(k + 1) + right - along * cut(k + 1)?;
+            if (to - from).dot(&along) < 0.0 {
+                return None;
+            }
+            sums.add_line(&from, &to);
+            marks.extend([from, (from + to) * 0.5, to]);
+            let angle = turn(k)?;
+            if angle > 0.0 {
+                let end = right[1].atan2(right[0]);
+                sums.add_arc(&points(k), self.radius, end - angle, end);
+                let (sine, cosine) = (end - 0.5 * angle).sin_cos();
+                marks.push(points(k) + Vector::<2>::new(cosine, sine) * self.radius);
+            }
+            convex &= angle >= 0.0;
+        }
+        /// Depth below the surface, per radius, at which a mark is not on it: well above rounding.
+        const DEPTH: f64 = 1e-6;
+        let is_covered = |mark: &Vector<2>| {
+            let x = Vector::<D>::from_fn(|i, _| if i < 2 { mark[i] } else { 0.0 });
+            self.gap(&x) < -DEPTH * self.radius
+        };
+        if !convex && marks.iter().any(is_covered) {
+            return None;
+        }
+        Some(sums.finish())
+    }
+}
+
 impl<const D: usize> Shape<D> for Polyline<D> {
     fn proximity(&self, x: &Vector<D>) -> Proximity<D> {
         let mut best = (f64::INFINITY, 0, 0.0);
@@ -219,6 +283,18 @@ impl<const D: usize> Shape<D> for Polyline<D> {
 
     fn outline(&self) -> Outline {
         Outline::Edged
+    }
+
+    fn solid(&self) -> Option<SolidMoments<D>> {
+        if D != 2 || self.side == Side::Inside {
+            return None;
+        }
+        let flat = self.moments(self.bounded?)?;
+        Some(SolidMoments {
+            volume: flat.volume,
+            centroid: Vector::from_fn(|i, _| flat.centroid[i]),
+            second: Tensor::from_fn(|i, j| flat.second[(i, j)]),
+        })
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

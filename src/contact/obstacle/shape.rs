@@ -4,6 +4,7 @@
 use std::fmt::Debug;
 
 use super::side::Side;
+use super::solid::SolidMoments;
 use super::tangents_of;
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
@@ -60,6 +61,12 @@ pub trait Shape<const D: usize>: Debug {
     /// Centre or axis of a solid round shape. A thin one may slip between the points of a
     /// contactor. `None` for planes and hollows.
     fn core(&self) -> Option<Core<D>> {
+        None
+    }
+
+    /// Volume and moments of the solid. `None` for hollows, for infinite and open shapes, and for
+    /// solids whose moments are not known.
+    fn solid(&self) -> Option<SolidMoments<D>> {
         None
     }
 

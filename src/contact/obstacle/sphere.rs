@@ -7,6 +7,7 @@ use super::check::check_place;
 use super::numbers;
 use super::shape::{Core, Proximity, RoundSurface, Shape};
 use super::side::Side;
+use super::solid::{SolidMoments, rounded_box};
 use crate::reader::at::At;
 use crate::reader::findings::Findings;
 use crate::reader::quantity::Length;
@@ -87,6 +88,11 @@ impl<const D: usize> Shape<D> for Sphere<D> {
         let mut motions = [Vector::zeros(); 6];
         motions[..3].copy_from_slice(&rotations(&(x - self.centre)));
         motions
+    }
+
+    fn solid(&self) -> Option<SolidMoments<D>> {
+        (self.side == Side::Outside)
+            .then(|| rounded_box(self.centre, &Vector::zeros(), self.radius, &Tensor::identity()))
     }
 
     fn anchored(&self, near: &Vector<D>) -> Box<dyn Shape<D>> {

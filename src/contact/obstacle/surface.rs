@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::check::check_direction;
 use super::shape::{Outline, Proximity, Shape};
 use super::side::Side;
+use super::solid::SolidMoments;
 use super::triangles::TriangleSurface;
-use super::{numbers, rotation_about};
+use super::{NoSolid, numbers, rotation_about};
 use crate::error::Result;
 use crate::mesh::SurfaceMesh;
 use crate::reader::at::At;
@@ -136,6 +137,14 @@ impl SurfaceObstacle {
         Ok(())
     }
 
+    /// Why a density gives it no mass; `None` if it does.
+    pub(super) fn no_solid(&self) -> Option<NoSolid> {
+        match self.side {
+            Side::Inside => Some(NoSolid::Unbounded),
+            Side::Outside => (self.radius.value != 0.0).then_some(NoSolid::Offset),
+        }
+    }
+
     /// The centroid of the solid; the position if the file has not been read.
     pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
         let position = self.position.as_ref().map_or_else(Vector::zeros, |place| numbers(place));
@@ -205,6 +214,17 @@ impl<const D: usize> Shape<D> for Surface<D> {
 
     fn outline(&self) -> Outline {
         Outline::Edged
+    }
+
+    fn solid(&self) -> Option<SolidMoments<D>> {
+        let surface = self.surface.as_ref().filter(|_| self.side == Side::Outside && self.radius == 0.0)?;
+        let whole = surface.moments();
+        let entry = |i: usize, j: usize| if i < 3 && j < 3 { whole.second[(i, j)] } else { 0.0 };
+        Some(SolidMoments {
+            volume: whole.volume,
+            centroid: Vector::from_fn(|i, _| whole.centroid.iter().nth(i).copied().unwrap_or(0.0)),
+            second: Tensor::from_fn(entry),
+        })
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::check::{check_direction, check_place};
 use super::shape::{CENTRE, Outline, Proximity, Shape};
 use super::side::Side;
+use super::solid::{SolidMoments, ring};
 use super::{numbers, tangents_of};
 use crate::reader::at::At;
 use crate::reader::findings::Findings;
@@ -119,6 +120,10 @@ impl<const D: usize> Shape<D> for Torus<D> {
         let mut motions = [Vector::zeros(); 6];
         motions[0] = cross(&self.axis, &(x - self.centre));
         motions
+    }
+
+    fn solid(&self) -> Option<SolidMoments<D>> {
+        (self.side == Side::Outside).then(|| ring(self.centre, &self.axis, self.ring, self.tube))
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

@@ -8,6 +8,7 @@ mod bounding;
 mod patch;
 mod topology;
 
+use super::solid::{SolidMoments, SurfaceSums};
 use crate::error::Result;
 use crate::tensor::{Tensor, Vector};
 use bounding::PatchTree;
@@ -45,6 +46,13 @@ impl TriangleSurface {
         let patches = patch::patches(points, &triangles, &neighbours, crease);
         let tree = PatchTree::new(&patches);
         Ok(Self { patches, tree, centroid })
+    }
+
+    /// Volume, centroid and second moments of the solid within the patches.
+    pub fn moments(&self) -> SolidMoments<3> {
+        let mut sums = SurfaceSums::<3>::about(self.centroid);
+        self.patches.iter().for_each(|patch| sums.add_patch(|u, v| (patch.at(u, v), patch.tangents(u, v))));
+        sums.finish()
     }
 
     /// The point of the surface that is closest to `x` \[m\].

@@ -7,6 +7,6 @@ mod placement;
 mod prescribed;
 
 pub use frame::{BodyFrame, SeenNode, TargetLoad};
-pub use free::{FreeRigid, MassProperties, PoseVariations};
+pub use free::{FreeRigid, MassProperties, PoseVariations, principal_axes};
 pub use placement::Placement;
 pub use prescribed::{BodyMotion, MotionInstant, MotionStep, RigidState};

@@ -57,12 +57,14 @@ const END: f64 = 1e-14;
 const EXTENT: f64 = 0.25;
 
 impl Patch {
-    fn at(&self, u: f64, v: f64) -> Point {
+    /// The point at these coordinates \[m\].
+    pub fn at(&self, u: f64, v: f64) -> Point {
         let [a, b, c, d, e] = self.coefficients;
         self.corner + a * u + b * v + c * (u * u) + d * (u * v) + e * (v * v)
     }
 
-    fn tangents(&self, u: f64, v: f64) -> [Point; 2] {
+    /// Derivatives of the point by `u` and `v` \[m\], whose cross product is outward.
+    pub fn tangents(&self, u: f64, v: f64) -> [Point; 2] {
         let [a, b, c, d, e] = self.coefficients;
         [a + c * (2.0 * u) + d * v, b + d * u + e * (2.0 * v)]
     }
