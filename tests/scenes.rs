@@ -393,3 +393,26 @@ output: {{ fields: {{ every: 100 }} }}
         }
     }
 }
+
+/// A pin with an overlap has Lame's pressure without friction. Pushed out, it loses force like long rods
+/// whose transverse strain changes the pressure. At the ends of the contact the pressure is higher, which
+/// does not depend on the engaged length, so that the lost force is compared.
+#[test]
+fn a_pressed_pin_is_pushed_out() {
+    let slice = 4.0_f64.to_radians();
+    let smooth =
+        [("coefficient: 0.2", "coefficient: 0"), ("push: 4", "push: 0"), ("increments: 40", "increments: 1")];
+    let contact = run(&shipped("press-fit/case.yml", &smooth)).table("contact.csv");
+    close("pressure", at(&contact, "force_n", 1.0) / at(&contact, "area", 1.0) / 7.5e5, 1.0, 1e-2);
+    let results = run(&shipped("press-fit/case.yml", &[("increments: 40", "increments: 20")]));
+    let reactions = results.table("reactions.csv").only("boundary", "push");
+    let force = |time: f64| at(&reactions, "force_z", time) / (0.2 * 7.5e5 * slice);
+    let of_rods = |engaged: f64| {
+        let k = 0.3 * 0.2;
+        let lost = 1.0 - (-k * engaged).exp();
+        lost / k / (1.0 - 0.75 * lost)
+    };
+    close("lost force", (force(0.15) - force(1.0)) / (of_rods(7.4) - of_rods(4.0)), 1.0, 1e-2);
+    let ends = force(0.15) - of_rods(7.4);
+    assert!(ends > 0.0 && ends < 0.3, "{ends}");
+}
