@@ -4,7 +4,11 @@
 
 mod common;
 
+use std::collections::BTreeSet;
+
 use common::{Folder, Results, assert_says, run};
+use contact_petsc::output::vtu::VtuValues;
+use contact_petsc::output::vtu_reader::read_piece;
 
 /// Checks numbers against known ones, relative to the largest of those.
 #[track_caller]
@@ -61,6 +65,39 @@ fn layers_in_series_and_in_parallel() {
         let parallel = Results::of(&bar(kind, condition, "displacement: { x: 1.0e-3 }"), ranks);
         let pull = parallel.table("reactions.csv").only("boundary", "pull").last("force_x");
         near(&[pull], &[0.5 * (1.0e6 + 4.0e6) * 0.5e-3], 1e-9);
+    }
+}
+
+/// The stress at the nodes of an interface is that of each layer, because these nodes have a point for each
+/// material. Without stresses they have one.
+#[test]
+fn nodal_stresses_jump_at_the_interface() {
+    let text = bar("quad4", "y >= 0.5", "displacement: { x: 1.0e-3 }");
+    let with = |fields: &str| text.replace("bodies: true,", &format!("fields: {{ every: 1{fields} }},"));
+    for (ranks, fields, points) in [(1, ", stresses: true", 30), (3, ", stresses: true", 30), (1, "", 25)] {
+        let results = Results::of(&with(fields), ranks);
+        let mut found = BTreeSet::new();
+        for rank in 0..ranks {
+            let path = results.0.join(format!("out/fields/step_000001/volume_{rank:04}.vtu"));
+            let piece = read_piece(&path).expect("a piece");
+            let codes = |values: &VtuValues| match values {
+                VtuValues::Int32(codes) => codes.clone(),
+                other => panic!("{other:?}"),
+            };
+            let materials = codes(&piece.cell_data["material"].values);
+            let nodes = codes(&piece.point_data["node"].values);
+            for (cell, &material) in materials.iter().enumerate() {
+                for &point in piece.cell(cell) {
+                    let layer = if fields.is_empty() { 0 } else { material };
+                    found.insert((nodes[point as usize], layer));
+                    let Some(stress) = piece.point_data.get("nodal_stress") else { continue };
+                    let VtuValues::Float64(stress) = &stress.values else { panic!("{stress:?}") };
+                    let expected = if material == 1 { 4.0e6 } else { 1.0e6 } * 0.5e-3;
+                    near(&[stress[6 * point as usize]], &[expected], 1e-8);
+                }
+            }
+        }
+        assert_eq!(found.len(), points);
     }
 }
 

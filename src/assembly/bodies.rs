@@ -25,7 +25,7 @@ use crate::element::{ElementStress, Inverted, Kinematics, ViscousEnergies, Visco
 use crate::error::{Error, Result, agree};
 use crate::material::{Overstress, PronySeries};
 use crate::mesh::spelled;
-use crate::model::regions::material_of_elements;
+use crate::model::regions::ElementMaterials;
 use crate::model::{Body, Model};
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, Session, Vector};
@@ -131,8 +131,7 @@ pub struct Bodies<const D: usize> {
     pub(super) redistribution: Option<Redistribution>,
     pub(super) inertia: bool,
     damped: bool,
-    /// Whether a body has regions with materials of their own.
-    has_regions: bool,
+    materials: ElementMaterials,
     /// The free rigid bodies.
     pub(super) free: FreeBodies<D>,
     /// The viscous bodies.
@@ -164,8 +163,8 @@ impl<const D: usize> Bodies<D> {
         free_rigid.mark_held(supports.dofs.held.axes_mut());
         let pattern = Rc::new(pattern_of_elements(&local));
         let held = &supports.dofs.held;
-        let materials = material_of_elements(&model.bodies, &local.mesh);
-        let solids = agree(world, solids(&local, &physics(model), &materials, &pattern, held))?;
+        let materials = ElementMaterials::new(&model.bodies, &local.mesh);
+        let solids = agree(world, solids(&local, &physics(model), materials.indices(), &pattern, held))?;
         let elastic = ElasticSupports::new(&model.elastic_supports, &local, &pattern, held, inertia);
         let elastic = agree(world, elastic)?;
         let ties = Ties::new(&local, &model.ties, &pattern, held);
@@ -189,7 +188,7 @@ impl<const D: usize> Bodies<D> {
             inertia,
             viscous: viscous_bodies(model),
             relaxes: false,
-            has_regions: model.bodies.iter().any(|body| body.materials.len() > 1),
+            materials,
             damped: inertia && model.bodies.iter().any(|body| body.damping.is_some()),
             pattern: pattern.clone(),
             names: named_bodies(model),
@@ -299,9 +298,9 @@ impl<const D: usize> Bodies<D> {
         self.inertia
     }
 
-    /// Whether a body has regions with materials of their own.
-    pub fn has_regions(&self) -> bool {
-        self.has_regions
+    /// The materials of the elements of this rank.
+    pub fn materials(&self) -> &ElementMaterials {
+        &self.materials
     }
 
     /// Whether a body is damped.

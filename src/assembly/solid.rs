@@ -65,11 +65,11 @@ pub struct BodyPhysics {
 pub fn solids<const D: usize>(
     local: &LocalMesh<D>,
     bodies: &[Vec<BodyPhysics>],
-    materials: &[u16],
+    materials: &[u32],
     pattern: &BlockPattern,
     held: &Held<D>,
 ) -> Result<Vec<SolidElements<D>>> {
-    let mut groups: BTreeMap<(u16, u16, ElementKind), Vec<u32>> = BTreeMap::new();
+    let mut groups: BTreeMap<(u16, u32, ElementKind), Vec<u32>> = BTreeMap::new();
     for (element, (&body, &kind)) in local.mesh.body.iter().zip(&local.mesh.kinds).enumerate() {
         groups.entry((body, materials[element], kind)).or_default().push(element as u32);
     }
@@ -77,7 +77,7 @@ pub fn solids<const D: usize>(
     for ((body, material, kind), elements) in groups {
         let nodes = elements.iter().flat_map(|&e| local.mesh.element_nodes(e as usize)).copied().collect();
         let map = ScatterMap::new::<D>(kind.nodes(), nodes, pattern, &local.index, held);
-        let physics = &bodies[usize::from(body)][usize::from(material)];
+        let physics = &bodies[usize::from(body)][material as usize];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;
         solids.push(SolidElements {
             group,
@@ -86,7 +86,7 @@ pub fn solids<const D: usize>(
             damping: physics.damping,
             viscous: physics.series.clone().map(ViscousElements::new),
             body: usize::from(body),
-            material: usize::from(material),
+            material: material as usize,
         });
     }
     Ok(solids)

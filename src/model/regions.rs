@@ -32,8 +32,58 @@ impl BodyMaterial {
     }
 }
 
+/// The materials of the elements of a mesh.
+#[derive(Debug, Clone)]
+pub struct ElementMaterials {
+    /// For each element, the index of its material among those of its body.
+    within: Vec<u32>,
+    /// Number of the first material of each body, counted over the bodies.
+    first: Vec<u32>,
+    /// Largest number of materials of a body.
+    most: usize,
+}
+
+impl ElementMaterials {
+    /// Those of the elements of this mesh.
+    pub fn new<const D: usize>(bodies: &[Body], mesh: &Mesh<D>) -> Self {
+        let counts = bodies.iter().map(|body| body.materials.len());
+        let first = counts.clone().scan(0, |next, count| {
+            let number = *next;
+            *next += count as u32;
+            Some(number)
+        });
+        let within = material_of_elements(bodies, mesh).into_iter().map(u32::from).collect();
+        Self { within, first: first.collect(), most: counts.max().unwrap_or(1) }
+    }
+
+    /// For each element, the index of its material among those of its body.
+    pub fn indices(&self) -> &[u32] {
+        &self.within
+    }
+
+    /// Index of the material of an element among those of its body.
+    pub fn within(&self, element: usize) -> usize {
+        self.within[element] as usize
+    }
+
+    /// Number of the material of an element, counted over the bodies.
+    pub fn of<const D: usize>(&self, mesh: &Mesh<D>, element: usize) -> usize {
+        self.first[usize::from(mesh.body[element])] as usize + self.within(element)
+    }
+
+    /// Largest number of materials of a body.
+    pub fn most(&self) -> usize {
+        self.most
+    }
+
+    /// Whether a body has several materials.
+    pub fn are_several(&self) -> bool {
+        self.most > 1
+    }
+}
+
 /// For each element, the index of its material among those of its body.
-pub fn material_of_elements<const D: usize>(bodies: &[Body], mesh: &Mesh<D>) -> Vec<u16> {
+fn material_of_elements<const D: usize>(bodies: &[Body], mesh: &Mesh<D>) -> Vec<u16> {
     let mut materials = vec![0; mesh.element_count()];
     for (number, material) in bodies.iter().flat_map(|body| (0..).zip(&body.materials)) {
         let set = material.set.as_ref().and_then(|set| mesh.element_sets.get(set));

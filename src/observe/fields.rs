@@ -14,6 +14,8 @@ use crate::petsc::Vector;
 pub enum Location {
     /// The nodes of the rank.
     Nodes,
+    /// The nodes of the rank, with one value for each material of the body that has most of them.
+    NodesByMaterial,
     /// The elements of the rank.
     Elements,
 }
@@ -106,14 +108,6 @@ pub struct ElementField {
     pub value: ElementValue,
 }
 
-/// The material of elements. The field is there if a body has regions.
-pub const MATERIAL_FIELD: Quantity = Quantity::number(
-    "material",
-    "",
-    "0 for the material of the body, otherwise the number of the region in the order of the case; if a body has \
-     regions",
-);
-
 /// Fields of elements.
 pub const ELEMENT_FIELDS: &[ElementField] = &[
     ElementField {
@@ -188,7 +182,7 @@ pub const NODAL_STRESS_FIELDS: &[NodalStressField] = &[
         quantity: Quantity::symmetric_tensor(
             "nodal_stress",
             "Pa",
-            "Cauchy stress: linear fits of the elements around the node, averaged by volume within the body",
+            "Cauchy stress: linear fits of the elements around the node, averaged by volume within the material",
         ),
         value: NodalStressValue::Tensor,
     },
@@ -372,15 +366,6 @@ pub fn body_fields<const D: usize>(
         location: Location::Elements,
         values: FieldValues::Numbers(values),
     }));
-    if system.bodies().has_regions() {
-        let mut materials = vec![0.0; elements];
-        for solid in system.bodies().solids() {
-            let of_solid = solid.group.elements().iter();
-            of_solid.for_each(|&element| materials[element as usize] = solid.material as f64);
-        }
-        let values = FieldValues::Numbers(materials);
-        fields.push(Field { quantity: MATERIAL_FIELD, location: Location::Elements, values });
-    }
     if let Some(nodes) = at_nodes {
         fields.extend(nodes.fields()?);
     }
@@ -390,10 +375,12 @@ pub fn body_fields<const D: usize>(
 /// Averages of the stress at nodes, weighted by the volume of the elements around them.
 ///
 /// Every element extrapolates its points to its nodes by a linear fit. An element enters on the rank to
-/// which it belongs. Bodies share no nodes, so that nothing is averaged across them.
+/// which it belongs. Each material has its own average, because some components of the stress jump at an
+/// interface. Bodies share no nodes, so that nothing is averaged across them.
 struct NodalStress {
-    /// For each node six sums and the volume.
+    /// For each node and each material of a body six sums and the volume.
     sums: Vector,
+    layers: usize,
 }
 
 impl NodalStress {
@@ -401,8 +388,9 @@ impl NodalStress {
 
     fn new<const D: usize>(system: &ContactSystem<D>) -> Result<Self> {
         let index = &system.bodies().local().index;
-        let sums = Vector::ghosted(system.session(), index.owned, Self::WIDTH, &index.ghosts)?;
-        Ok(Self { sums })
+        let layers = system.bodies().materials().most();
+        let sums = Vector::ghosted(system.session(), index.owned, Self::WIDTH * layers, &index.ghosts)?;
+        Ok(Self { sums, layers })
     }
 
     fn add<const D: usize>(&mut self, system: &ContactSystem<D>, element: usize, stress: &ElementStress) {
@@ -410,9 +398,11 @@ impl NodalStress {
         if !local.mine[element] {
             return;
         }
+        let layer = system.bodies().materials().within(element);
         let mut sums = self.sums.local_mut();
         for (&node, state) in local.mesh.element_nodes(element).iter().zip(&stress.nodes) {
-            let row = &mut sums[node as usize * Self::WIDTH..][..Self::WIDTH];
+            let place = node as usize * self.layers + layer;
+            let row = &mut sums[place * Self::WIDTH..][..Self::WIDTH];
             let parts = state.cauchy.0.iter().chain([&1.0]);
             row.iter_mut().zip(parts).for_each(|(sum, value)| *sum += stress.volume * value);
         }
@@ -424,7 +414,7 @@ impl NodalStress {
         self.sums.update_ghosts()?;
         let mean = |row: &[f64]| {
             let volume = row[Self::WIDTH - 1];
-            // Nodes of free rigid bodies belong to no element.
+            // Nodes of free rigid bodies belong to no element, and most nodes to one material.
             Cauchy(std::array::from_fn(|i| if volume > 0.0 { row[i] / volume } else { 0.0 }))
         };
         let means: Vec<Cauchy> = self.sums.local().chunks_exact(Self::WIDTH).map(mean).collect();
@@ -435,7 +425,7 @@ impl NodalStress {
             };
             Field {
                 quantity: field.quantity,
-                location: Location::Nodes,
+                location: Location::NodesByMaterial,
                 values: FieldValues::Numbers(numbers),
             }
         };

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::Result;
 
-pub use super::selection::{Cells, GRID_FIELDS};
+pub use super::selection::{CellMaterials, Cells, GRID_FIELDS};
 
 use crate::observe::fields::Field;
 
@@ -224,6 +224,7 @@ mod tests {
             vtk_types: &[9, 9],
             mine,
             group: &[0, 3],
+            materials: None,
         }
     }
 

@@ -5,9 +5,7 @@ use super::iterations::ITERATION_COLUMNS;
 use crate::observe::bodies::{BODY_COLUMNS, BODY_FILE};
 use crate::observe::contact::{CONTACT_FILE, ContactColumn};
 use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, MOMENTUM_COLUMNS, MOMENTUM_FILE};
-use crate::observe::fields::{
-    ContactField, ELEMENT_FIELDS, MATERIAL_FIELD, NODAL_STRESS_FIELDS, NODE_FIELDS, STRESS_FIELDS,
-};
+use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODAL_STRESS_FIELDS, NODE_FIELDS, STRESS_FIELDS};
 use crate::observe::lines::{LINE_COLUMNS, LINE_FILE};
 use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
 use crate::observe::quantity::{Components, DERIVED, DERIVED_FILE, Quantity, TableFile};
@@ -99,7 +97,6 @@ fn fields(page: &mut String) {
     let stresses = "`fields.pvd`, with `stresses: true`";
     NODAL_STRESS_FIELDS.iter().for_each(|field| row(stresses, "nodes", &field.quantity));
     ELEMENT_FIELDS.iter().for_each(|field| row("`fields.pvd`", "elements", &field.quantity));
-    row("`fields.pvd`", "elements", &MATERIAL_FIELD);
     STRESS_FIELDS.iter().for_each(|field| row(stresses, "elements", &field.quantity));
     ContactField::<3>::TABLE.iter().for_each(|field| row("`contact.pvd`", "nodes", &field.quantity));
     GRID_FIELDS.iter().for_each(|(file, at, quantity)| row(file, at, quantity));

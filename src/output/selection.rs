@@ -25,6 +25,20 @@ pub struct Cells<'a, const D: usize> {
     pub mine: &'a [bool],
     /// Index of the body (elements) or of the contact (facets) that a cell belongs to.
     pub group: &'a [u16],
+    /// Materials of the cells; `None` for facets, and if no body has several.
+    pub materials: Option<CellMaterials<'a>>,
+}
+
+/// Materials of cells.
+#[derive(Debug, Clone, Copy)]
+pub struct CellMaterials<'a> {
+    /// Number of the material of each cell.
+    pub number: &'a [u32],
+    /// Index of the material of each cell among those of its body.
+    pub within: &'a [u32],
+    /// Largest number of materials of a body if every material has its own points, and 1 if cells of
+    /// different materials share the points of their nodes.
+    pub layers: usize,
 }
 
 /// Number of the node.
@@ -34,6 +48,12 @@ const NODE: Quantity =
 const RANK: Quantity = Quantity::number("rank", "", "number of the rank that wrote the cell");
 /// Number of the body.
 pub(super) const BODY: Quantity = Quantity::number("body", "", "number of the body");
+/// Number of the material.
+const MATERIAL: Quantity = Quantity::number(
+    "material",
+    "",
+    "number of the material, counted over the bodies in the order of the file; if a body has several materials",
+);
 /// Number of the contact.
 pub(super) const CONTACT: Quantity = Quantity::number("contact", "", "number of the contact");
 
@@ -41,6 +61,7 @@ pub(super) const CONTACT: Quantity = Quantity::number("contact", "", "number of 
 pub const GRID_FIELDS: &[(&str, &str, Quantity)] = &[
     ("both", "nodes", NODE),
     ("`fields.pvd`", "elements", BODY),
+    ("`fields.pvd`", "elements", MATERIAL),
     ("`contact.pvd`", "facets", CONTACT),
     ("both", "elements, facets", RANK),
 ];
@@ -50,6 +71,8 @@ pub const GRID_FIELDS: &[(&str, &str, Quantity)] = &[
 pub(super) struct FieldSelection {
     /// Nodes of the rank that are written, in the order in which they are first used.
     nodes: Vec<u32>,
+    /// Place of each of these points among the nodes by material: `node * layers + material`.
+    by_material: Vec<u32>,
     /// Cells of the rank that are written.
     cells: Vec<u32>,
     /// The grid, with only the fields that never change.
@@ -60,35 +83,45 @@ impl FieldSelection {
     pub(super) fn new<const D: usize>(mesh: &Cells<D>, group: Quantity, rank: usize) -> Self {
         let cells: Vec<u32> =
             (0..mesh.vtk_types.len() as u32).filter(|&cell| mesh.mine[cell as usize]).collect();
-        let mut place = vec![None; mesh.points.len()];
-        let mut nodes = Vec::new();
+        let layers = mesh.materials.map_or(1, |materials| materials.layers);
+        let mut place = vec![None; mesh.points.len() * layers];
+        let mut by_material = Vec::new();
         let mut connectivity = Vec::new();
         let mut offsets = Vec::with_capacity(cells.len());
         for &cell in &cells {
+            let within = mesh.materials.map_or(0, |materials| materials.within[cell as usize] as usize);
+            let layer = if layers == 1 { 0 } else { within };
             let [start, end] = [cell, cell + 1].map(|at| mesh.offsets[at as usize] as usize);
             for &node in &mesh.nodes[start..end] {
-                let index = *place[node as usize].get_or_insert_with(|| {
-                    nodes.push(node);
-                    nodes.len() as i32 - 1
+                let slot = node as usize * layers + layer;
+                let index = *place[slot].get_or_insert_with(|| {
+                    by_material.push(slot as u32);
+                    by_material.len() as i32 - 1
                 });
                 connectivity.push(index);
             }
             offsets.push(connectivity.len() as i32);
         }
+        let nodes: Vec<u32> = by_material.iter().map(|slot| slot / layers as u32).collect();
         let points: Vec<f64> = nodes.iter().flat_map(|&node| mesh.points[node as usize]).collect();
         let numbers = nodes.iter().map(|&node| mesh.node_number[node as usize] as i32).collect();
         let groups = cells.iter().map(|&cell| i32::from(mesh.group[cell as usize])).collect();
         let ranks = vec![rank as i32; cells.len()];
         let types = cells.iter().map(|&cell| mesh.vtk_types[cell as usize]).collect();
+        let mut cell_data = vec![Array::numbers(group.name, groups), Array::numbers(RANK.name, ranks)];
+        if let Some(materials) = mesh.materials {
+            let numbers = cells.iter().map(|&cell| materials.number[cell as usize] as i32).collect();
+            cell_data.push(Array::numbers(MATERIAL.name, numbers));
+        }
         let grid = VtuPiece {
             points: Array::vector("Points", &points, D),
             connectivity,
             offsets,
             types,
             point_data: vec![Array::numbers(NODE.name, numbers)],
-            cell_data: vec![Array::numbers(group.name, groups), Array::numbers(RANK.name, ranks)],
+            cell_data,
         };
-        Self { nodes, cells, grid }
+        Self { nodes, by_material, cells, grid }
     }
 
     /// The grid with fields of all nodes or all cells of the rank.
@@ -97,6 +130,7 @@ impl FieldSelection {
         for field in fields {
             let (entities, arrays) = match field.location {
                 Location::Nodes => (&self.nodes, &mut piece.point_data),
+                Location::NodesByMaterial => (&self.by_material, &mut piece.point_data),
                 Location::Elements => (&self.cells, &mut piece.cell_data),
             };
             let name = field.quantity.name;

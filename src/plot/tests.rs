@@ -190,6 +190,7 @@ fn write_fields<const D: usize>(path: &Path, rank: usize, steps: &[(u64, f64)]) 
         vtk_types: &types[i],
         mine: &mine[i],
         group: &group[i],
+        materials: None,
     };
     let mut writer = FieldWriter::new(path, Ranks { rank, size: 2 }, cells(0), Some(cells(1))).unwrap();
     let det_f = vec![0.95; mine[0].len()];

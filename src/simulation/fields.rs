@@ -6,13 +6,16 @@ use crate::assembly::ContactSystem;
 use crate::dynamics::Stage;
 use crate::error::{Result, agree};
 use crate::observe::fields::{SurfaceCells, body_fields, surface_cells, surface_fields};
-use crate::output::fields::{Cells, FieldWriter, Ranks};
+use crate::output::fields::{CellMaterials, Cells, FieldWriter, Ranks};
 
 impl<const D: usize> Journal<D> {
     /// The writer for the volume and surface fields of this rank.
     pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> Result<FieldWriter<D>> {
         let local = system.bodies().local();
         let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
+        let materials = system.bodies().materials();
+        let numbers: Vec<u32> =
+            (0..types.len()).map(|element| materials.of(&local.mesh, element) as u32).collect();
         let volume = Cells {
             points: &local.mesh.points,
             node_number: &local.input_node,
@@ -21,6 +24,11 @@ impl<const D: usize> Journal<D> {
             vtk_types: &types,
             mine: &local.mine,
             group: &local.mesh.body,
+            materials: materials.are_several().then_some(CellMaterials {
+                number: &numbers,
+                within: materials.indices(),
+                layers: if self.stresses { materials.most() } else { 1 },
+            }),
         };
         let SurfaceCells { offsets, nodes, vtk_types, contact } = surface_cells(system);
         let surface = Cells {
@@ -31,6 +39,7 @@ impl<const D: usize> Journal<D> {
             vtk_types: &vtk_types,
             mine: &vec![true; vtk_types.len()],
             group: &contact,
+            materials: None,
         };
         let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };
         FieldWriter::new(
