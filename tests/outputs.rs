@@ -4,18 +4,9 @@
 
 mod common;
 
-use common::{Folder, Results, assert_says, run, shipped, stretch};
+use common::{Folder, Results, assert_says, near, run, shipped, stretch};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::{ReadPiece, VtuField, read_piece};
-
-/// Checks numbers against known ones, relative to the largest of those.
-#[track_caller]
-fn near(found: &[f64], known: &[f64], tolerance: f64) {
-    let scale = known.iter().fold(f64::MIN_POSITIVE, |most: f64, value| most.max(value.abs()));
-    assert_eq!(found.len(), known.len());
-    let fits = found.iter().zip(known).all(|(a, b)| (a - b).abs() <= tolerance * scale);
-    assert!(fits, "{found:?}, expected {known:?}");
-}
 
 /// A block whose top is loaded more on one side stands on a floor without friction.
 const ECCENTRIC: &str = "

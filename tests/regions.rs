@@ -6,18 +6,9 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::{Folder, Results, assert_says, run};
+use common::{Folder, Results, assert_says, near, run};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
-
-/// Checks numbers against known ones, relative to the largest of those.
-#[track_caller]
-fn near(found: &[f64], known: &[f64], tolerance: f64) {
-    let scale = known.iter().fold(f64::MIN_POSITIVE, |most: f64, value| most.max(value.abs()));
-    assert_eq!(found.len(), known.len());
-    let fits = found.iter().zip(known).all(|(a, b)| (a - b).abs() <= tolerance * scale);
-    assert!(fits, "{found:?}, expected {known:?}");
-}
 
 /// A bar of length 2 and unit section whose elements in `WHERE` are four times as stiff.
 const BAR: &str = "
@@ -179,7 +170,7 @@ fn a_viscoelastic_region_continues_from_a_checkpoint() {
         let text = std::fs::read_to_string(folder.join(of).join("energy.csv")).expect("a table");
         text.lines().map(str::to_owned).collect()
     };
-    let (whole, branch, other) = (rows("whole"), rows("branch"), rows("other"));
+    let [whole, branch, other] = ["whole", "branch", "other"].map(rows);
     assert_eq!(branch[branch.len() - 9..], whole[whole.len() - 9..]);
     let numbers =
         |row: &String| -> Vec<f64> { row.split(',').filter_map(|cell| cell.parse().ok()).collect() };
@@ -220,6 +211,24 @@ fn the_penalty_follows_the_skin() {
     assert_says(&text, &["region block.upper", "1.0000e8"]);
 }
 
+/// Remarks on locking look at each region with its own remedy: selective integration of quad9 is good
+/// enough for a nearly incompressible region, that of quad8 is not, and the elements of the soft part
+/// do not matter.
+#[test]
+fn locking_is_judged_by_region() {
+    let remarks = |kind: &str| {
+        let folder = Folder::new("regions-locking");
+        let nearly = "young_modulus: 4.0e6, poisson_ratio: 0.4995";
+        let text = bar(kind, "x >= 1", "traction: { x: 1000 }");
+        folder.write("case.yml", &text.replace("young_modulus: 4.0e6, poisson_ratio: 0", nearly));
+        run(0, &["check", "case.yml"], &folder).success().text()
+    };
+    assert_says(&remarks("quad8"), &["pressures of quad8 elements of 'bar'"]);
+    let good = remarks("quad9");
+    assert!(!good.contains("pressures of"), "{good}");
+    assert_says(&good, &["none of quad9, selective_reduced of quad9"]);
+}
+
 /// Mistakes are found with their place and a cure.
 #[test]
 fn mistakes_with_regions_are_explained() {
@@ -227,7 +236,7 @@ fn mistakes_with_regions_are_explained() {
     let time = "time: { end: 0.01, step: 0.001, scheme: conserving }";
     for (regions, says) in [
         (format!("    regions: {{ lowr: {material} }}"), ["no set of elements 'lowr'", "lower"]),
-        (format!("    regions: {{ left: {material} }}"), ["expected a set of elements", "of: elements"]),
+        (format!("    regions: {{ left: {material} }}"), ["'block.left' is a set of facets", "of: elements"]),
         (
             format!("    regions: {{ lower: {material}, all_below: {material} }}"),
             ["12 elements in common", "difference"],

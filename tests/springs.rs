@@ -4,22 +4,13 @@
 
 mod common;
 
-use common::{Folder, Results, Table, assert_says, run};
+use common::{Folder, Results, Table, assert_says, near, run};
 
 /// The last row of a boundary in `reactions.csv`.
 #[track_caller]
 fn reaction(results: &Results, boundary: &str, columns: &[&str]) -> Vec<f64> {
     let table = results.table("reactions.csv").only("boundary", boundary);
     columns.iter().map(|column| table.last(column)).collect()
-}
-
-/// Checks numbers against known ones, relative to the largest of those.
-#[track_caller]
-fn near(found: &[f64], known: &[f64], tolerance: f64) {
-    let scale = known.iter().fold(f64::MIN_POSITIVE, |most: f64, value| most.max(value.abs()));
-    assert_eq!(found.len(), known.len());
-    let fits = found.iter().zip(known).all(|(a, b)| (a - b).abs() <= tolerance * scale);
-    assert!(fits, "{found:?}, expected {known:?}");
 }
 
 /// A block under a uniform pressure on foundations that resist only the normal directions of two sides.

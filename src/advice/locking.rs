@@ -7,7 +7,7 @@ use mpi::traits::CommunicatorCollectives;
 use crate::assembly::ContactSystem;
 use crate::element::{LOCKS, Locking, locks};
 use crate::mesh::ElementKind;
-use crate::model::Model;
+use crate::model::{Body, Model};
 
 /// Poisson's ratio from which on pressures of second-order elements without a mean dilatation are
 /// poor on coarse meshes, except those of quad9 and hex27 with selective reduced integration.
@@ -18,49 +18,48 @@ use crate::model::Model;
 /// the more accurate on finer meshes (docs/validation/incompressible.md).
 const NOISY: f64 = 0.499;
 
-/// For each body, the kinds of its elements, each with the locking remedy in use. Collective.
-pub fn cures<const D: usize>(
-    system: &ContactSystem<D>,
-    model: &Model<D>,
-) -> Vec<Vec<(ElementKind, Locking)>> {
+/// Elements of one kind and material of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UsedElements {
+    /// Kind of the elements.
+    pub kind: ElementKind,
+    /// Their remedy against locking.
+    pub cure: Locking,
+    /// Index of the material among those of the body.
+    material: usize,
+}
+
+/// For each body, its materials and the kinds of their elements, each with the locking remedy in use.
+/// Collective.
+pub fn cures<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<Vec<UsedElements>> {
     let kinds = ElementKind::ALL.len();
-    let mut own = vec![0u8; model.bodies.len() * kinds];
+    let most = system.bodies().materials().most();
+    let mut own = vec![0u8; model.bodies.len() * most * kinds];
     for solid in system.bodies().solids() {
-        own[solid.body * kinds + solid.group.kind() as usize] = 1;
+        own[(solid.body * most + solid.material) * kinds + solid.group.kind() as usize] = 1;
     }
     let mut all = vec![0u8; own.len()];
     system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
-    let of_body = |(body, has): (&crate::model::Body, &[u8])| {
-        let kinds = ElementKind::ALL.into_iter().filter(|&kind| has[kind as usize] > 0);
-        let of_kind = |kind| {
-            let formulations = body.materials.iter().map(|material| &material.formulation);
-            formulations.map(move |formulation| (kind, formulation.locking.on(kind, &formulation.moduli())))
-        };
-        let mut found: Vec<(ElementKind, Locking)> = kinds.flat_map(of_kind).collect();
-        found.dedup();
+    let of_body = |(body, has): (&Body, &[u8])| {
+        let mut found = Vec::new();
+        for (material, has) in has.chunks_exact(kinds).enumerate() {
+            for kind in ElementKind::ALL.into_iter().filter(|&kind| has[kind as usize] > 0) {
+                let formulation = &body.materials[material].formulation;
+                let cure = formulation.locking.on(kind, &formulation.moduli());
+                found.push(UsedElements { kind, cure, material });
+            }
+        }
         found
     };
-    model.bodies.iter().zip(all.chunks_exact(kinds)).map(of_body).collect()
+    model.bodies.iter().zip(all.chunks_exact(most * kinds)).map(of_body).collect()
 }
 
-/// Bodies that lock because some of their elements have no remedy, with the kinds: linear
-/// simplices and wedges at a high Poisson's ratio. Collective.
-fn locked_bodies<const D: usize>(
-    system: &ContactSystem<D>,
-    model: &Model<D>,
-) -> Vec<(String, Vec<ElementKind>)> {
-    let cures = cures(system, model);
-    let with_kinds = model.bodies.iter().zip(&cures).map(|(body, kinds)| {
-        let bad = |kind: &ElementKind| {
-            !Locking::SelectiveReduced.offered(*kind) && !Locking::MeanDilatation.offered(*kind)
-        };
-        let kinds = kinds.iter().map(|(kind, _)| *kind).filter(bad);
-        let locks = body.materials.iter().any(|material| locks(&material.formulation.moduli()));
-        let mut kinds = kinds.filter(|_| locks).collect::<Vec<_>>();
-        kinds.dedup();
-        (body.name.clone(), kinds)
-    });
-    with_kinds.filter(|(_, kinds)| !kinds.is_empty()).collect()
+/// Names of the kinds of those elements of a body that are `bad`, each once.
+fn kinds_of(used: &[UsedElements], bad: impl Fn(&UsedElements) -> bool) -> Vec<&'static str> {
+    let mut names: Vec<&str> = used.iter().filter(|used| bad(used)).map(|used| used.kind.name()).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 /// Rounding error of a Poisson's ratio that is recomputed from moduli.
@@ -69,27 +68,37 @@ const ROUNDING: f64 = 1e-9;
 /// A remark for each body whose elements lock and have no formulation that avoids it, and for each whose
 /// pressures another formulation would improve. Collective.
 pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
-    let locked = locked_bodies(system, model).into_iter().map(|(name, kinds)| {
-        let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
-        let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
-        format!(
-            "'{name}' locks: {} elements support neither selective_reduced nor mean_dilatation and are too \
-             stiff at a Poisson's ratio of {LOCKS} or more: mesh it with {better}",
-            kinds.join(" and ")
-        )
-    });
     let cures = cures(system, model);
-    let noisy = model.bodies.iter().zip(&cures).filter_map(|(body, kinds)| {
-        let poor = |(kind, cure): &&(ElementKind, Locking)| match cure {
-            Locking::MeanDilatation => false,
-            Locking::SelectiveReduced => matches!(kind, ElementKind::Quad8 | ElementKind::Hex20),
-            Locking::Auto | Locking::None => kind.order() > 1,
+    let bodies = || model.bodies.iter().zip(&cures);
+    let locked = bodies().filter_map(|(body, used)| {
+        let bad = |used: &UsedElements| {
+            let has_cure =
+                Locking::SelectiveReduced.offered(used.kind) || Locking::MeanDilatation.offered(used.kind);
+            !has_cure && locks(&body.materials[used.material].formulation.moduli())
         };
-        let mut kinds: Vec<&str> = kinds.iter().filter(poor).map(|(kind, _)| kind.name()).collect();
-        kinds.dedup();
-        let ratios = body.materials.iter().map(|material| material.formulation.moduli().poisson_ratio());
-        let ratio = ratios.fold(0.0, f64::max);
-        (ratio > NOISY - ROUNDING && !kinds.is_empty()).then(|| {
+        let kinds = kinds_of(used, bad);
+        let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
+        (!kinds.is_empty()).then(|| {
+            format!(
+                "'{}' locks: {} elements support neither selective_reduced nor mean_dilatation and are too \
+                 stiff at a Poisson's ratio of {LOCKS} or more: mesh it with {better}",
+                body.name,
+                kinds.join(" and ")
+            )
+        })
+    });
+    let noisy = bodies().filter_map(|(body, used)| {
+        let poor = |used: &UsedElements| {
+            let ratio = body.materials[used.material].formulation.moduli().poisson_ratio();
+            let is_poor = match used.cure {
+                Locking::MeanDilatation => false,
+                Locking::SelectiveReduced => matches!(used.kind, ElementKind::Quad8 | ElementKind::Hex20),
+                Locking::Auto | Locking::None => used.kind.order() > 1,
+            };
+            is_poor && ratio > NOISY - ROUNDING
+        };
+        let kinds = kinds_of(used, poor);
+        (!kinds.is_empty()).then(|| {
             format!(
                 "pressures of {} elements of '{}' may be inaccurate at a Poisson's ratio of {NOISY} or more: \
                  write `locking: mean_dilatation`",

@@ -178,7 +178,7 @@ impl PrescribedMotion {
 }
 
 impl Rotation {
-    /// Unit vector along the axis; z if there is none.
+    /// Unit vector along the axis; z if `axis` is absent.
     pub fn unit_axis(&self) -> [f64; 3] {
         let Some(axis) = &self.axis else { return [0.0, 0.0, 1.0] };
         Vector::<3>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.value)).normalize().into()

@@ -56,6 +56,15 @@ pub enum Configuration<'a> {
     Current(&'a [f64]),
 }
 
+/// Index of the shape functions of a kind, which are added if they are new.
+fn table_of(tables: &mut Vec<(ElementKind, ShapeTable)>, kind: ElementKind) -> usize {
+    tables.iter().position(|(known, _)| *known == kind).unwrap_or_else(|| {
+        let element = reference(kind);
+        tables.push((kind, element.tabulate(element.mass_rule())));
+        tables.len() - 1
+    })
+}
+
 /// A loaded part of the boundary.
 #[derive(Debug)]
 pub struct LoadedSurface<const D: usize> {
@@ -77,11 +86,7 @@ impl<const D: usize> LoadedSurface<D> {
         let mut loaded = Vec::with_capacity(facets.len());
         for &facet in facets {
             let kind = mesh.facet_kind(facet);
-            let table = tables.iter().position(|(known, _)| *known == kind).unwrap_or_else(|| {
-                let element = reference(kind);
-                tables.push((kind, element.tabulate(element.mass_rule())));
-                tables.len() - 1
-            });
+            let table = table_of(&mut tables, kind);
             let mut nodes = Vec::new();
             mesh.facet_nodes(facet, &mut nodes);
             let points = nodes.iter().map(|&node| mesh.points[node as usize].into()).collect();
@@ -229,11 +234,7 @@ impl<const D: usize> LoadedLine<D> {
     pub fn new(mesh: &Mesh<D>, edges: &[Edge]) -> Self {
         let mut tables: Vec<(ElementKind, ShapeTable)> = Vec::new();
         let loaded = edges.iter().map(|edge| {
-            let table = tables.iter().position(|(known, _)| *known == edge.kind).unwrap_or_else(|| {
-                let element = reference(edge.kind);
-                tables.push((edge.kind, element.tabulate(element.mass_rule())));
-                tables.len() - 1
-            });
+            let table = table_of(&mut tables, edge.kind);
             let points = edge.nodes.iter().map(|&node| mesh.points[node as usize].into()).collect();
             LoadedFacet { table, nodes: edge.nodes.clone(), points }
         });

@@ -12,8 +12,8 @@ use crate::mesh::{Facet, Mesh};
 /// Material of a body, or of one of its regions.
 #[derive(Debug, Clone)]
 pub struct BodyMaterial {
-    /// Set of its elements, `body.set`. The first material of a body has none: it is that of all
-    /// elements in no region.
+    /// Set of its elements, `body.set`; `None` for the first material of a body, which all elements
+    /// outside of regions have.
     pub set: Option<String>,
     /// Material law, kinematics, locking treatment and density.
     pub formulation: Formulation,
@@ -52,8 +52,11 @@ impl ElementMaterials {
             *next += count as u32;
             Some(number)
         });
-        let within = material_of_elements(bodies, mesh).into_iter().map(u32::from).collect();
-        Self { within, first: first.collect(), most: counts.max().unwrap_or(1) }
+        Self {
+            within: material_of_elements(bodies, mesh),
+            first: first.collect(),
+            most: counts.max().unwrap_or(1),
+        }
     }
 
     /// For each element, the index of its material among those of its body.
@@ -83,7 +86,7 @@ impl ElementMaterials {
 }
 
 /// For each element, the index of its material among those of its body.
-fn material_of_elements<const D: usize>(bodies: &[Body], mesh: &Mesh<D>) -> Vec<u16> {
+fn material_of_elements<const D: usize>(bodies: &[Body], mesh: &Mesh<D>) -> Vec<u32> {
     let mut materials = vec![0; mesh.element_count()];
     for (number, material) in bodies.iter().flat_map(|body| (0..).zip(&body.materials)) {
         let set = material.set.as_ref().and_then(|set| mesh.element_sets.get(set));
@@ -99,7 +102,7 @@ pub fn softest_beneath<const D: usize>(bodies: &[Body], mesh: &Mesh<D>, facets: 
     let modulus = |facet: &Facet| {
         let element = facet.element as usize;
         let material = materials.get(element).copied().unwrap_or_default();
-        bodies[usize::from(mesh.body[element])].materials[usize::from(material)].young_modulus
+        bodies[usize::from(mesh.body[element])].materials[material as usize].young_modulus
     };
     facets.iter().map(modulus).fold(f64::INFINITY, f64::min)
 }
@@ -137,8 +140,10 @@ pub fn unsound_regions<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error
 /// The error of a region that is no set of elements.
 fn missing<const D: usize>(case: &Case, body: &str, name: &crate::case::At<String>, mesh: &Mesh<D>) -> Error {
     let set = format!("{body}.{}", name.value);
-    if mesh.facet_sets.contains_key(&set) || mesh.point_sets.contains_key(&set) {
-        let message = format!("expected a set of elements, but '{set}' has none");
+    let other = if mesh.facet_sets.contains_key(&set) { Some("facets") } else { None };
+    let other = other.or_else(|| mesh.point_sets.contains_key(&set).then_some("nodes"));
+    if let Some(members) = other {
+        let message = format!("expected a set of elements, but '{set}' is a set of {members}");
         return case.error(name.place, message).hint("in `sets`, write `of: elements`");
     }
     let of_body = |known: &&str| known.split_once('.').is_some_and(|(owner, _)| owner == body);

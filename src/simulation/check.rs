@@ -78,8 +78,10 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     }
     for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(locking::cures(&system, &model)) {
         describe_body(&mut text, body, size, case);
-        let cures: Vec<String> =
-            cures.iter().map(|(kind, cure)| format!("{} of {kind}", cure.name())).collect();
+        let mut cures: Vec<String> =
+            cures.iter().map(|used| format!("{} of {}", used.cure.name(), used.kind)).collect();
+        cures.sort_unstable();
+        cures.dedup();
         let _ = writeln!(text, "  locking: {}", cures.join(", "));
         if system.bodies().redistributed()[0].contains(&body.name) {
             let _ = writeln!(text, "  mass: redistributed, the nodes of contact surfaces are massless");
@@ -174,16 +176,16 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
         if let Some(set) = &material.set {
             let _ = writeln!(text, "  region {set}:");
         }
-        describe_inertia(text, body, material, smallest_edge, case);
+        describe_properties(text, body, material, *smallest_edge, case);
     }
 }
 
 /// Describes a material of a body: moduli, relaxation, damping and wave speeds.
-fn describe_inertia(
+fn describe_properties(
     text: &mut String,
     body: &Body,
     material: &BodyMaterial,
-    smallest_edge: &f64,
+    smallest_edge: f64,
     case: &Case,
 ) {
     let (s, speed) = (case.units.of("s"), case.units.of("m/s"));

@@ -26,7 +26,7 @@ pub struct OptionalTables {
     pub rigid: bool,
     /// That of the deformable bodies, if the case requests it.
     pub bodies: bool,
-    /// That of segments, if there are any.
+    /// That of segments.
     pub lines: bool,
     /// Names of the derived quantities; without any there is no table of them.
     pub derived: Vec<String>,
@@ -41,7 +41,7 @@ pub struct Tables<const D: usize> {
     rigid: Option<Table>,
     /// The table of the deformable bodies, if the case requests it.
     bodies: Option<Table>,
-    /// The table of segments, if there are any.
+    /// The table of segments; `None` without segments.
     lines: Option<Table>,
     /// The table of the derived quantities, if there are any.
     derived: Option<Table>,

@@ -73,6 +73,15 @@ pub fn assert_says(message: &str, fragments: &[&str]) {
     assert!(missing.is_empty(), "{missing:?} missing in:\n{message}");
 }
 
+/// Checks numbers against known ones, relative to the largest of those.
+#[track_caller]
+pub fn near(found: &[f64], known: &[f64], tolerance: f64) {
+    let scale = known.iter().fold(f64::MIN_POSITIVE, |most: f64, value| most.max(value.abs()));
+    assert_eq!(found.len(), known.len());
+    let fits = found.iter().zip(known).all(|(a, b)| (a - b).abs() <= tolerance * scale);
+    assert!(fits, "{found:?}, expected {known:?}");
+}
+
 /// Runs the program on `ranks` ranks (0: without `mpirun`) in `folder`.
 pub fn run(ranks: usize, args: &[&str], folder: &Path) -> Output {
     run_within(LIMIT, ranks, args, folder)

@@ -71,7 +71,7 @@ impl Check<'_> {
         }
     }
 
-    /// A support has no centre, so that its rotation needs a point.
+    /// A boundary has no centre, so its rotation needs a point of the axis.
     fn motion_of_support(&mut self, name: &At<String>, motion: &At<PrescribedMotion>) {
         self.motion(name, motion);
         if let Some(rotation) = motion.rotation.as_ref().filter(|rotation| rotation.about.is_none()) {

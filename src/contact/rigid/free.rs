@@ -165,7 +165,8 @@ impl<const D: usize> FreeRigid<D> {
 /// an axis x, y or z that is fixed keeps this axis, and the two others are turned about it. Axes of a
 /// tensor without products, and axes in pairs of equal moments, are not turned.
 ///
-/// Jacobi's method: each pair of axes is turned until its product is zero.
+/// Jacobi's method: each pair of axes is turned until its product is zero. nalgebra's `SymmetricEigen`
+/// would also permute and mirror the axes of a diagonal tensor, and cannot keep a fixed axis.
 pub fn principal_axes(inertia: &Tensor<3>, fixed: [bool; 3]) -> Tensor<3> {
     /// Sweeps over all pairs. The method converges quadratically: four are enough for rounding.
     const SWEEPS: usize = 12;
