@@ -174,6 +174,8 @@ fn a_turned_block_moves_like_the_straight_one() {
         (dynamic(newmark, "linear: cg_icc"), false, 2),
         (dynamic(newmark, "linear: cg_filtered_amg"), false, 3),
         (dynamic(newmark, "linear: gmres_amg"), false, 1),
+        (dynamic(newmark, "linear: cg_amg"), false, 2),
+        (dynamic(newmark, "linear: cg_jacobi"), false, 1),
     ] {
         let time = if friction { time } else { time + FRICTIONLESS };
         let straight = Results::of(&pressed(false, &time), 1);
