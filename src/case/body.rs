@@ -26,9 +26,6 @@ pub struct Body {
     pub sets: Named<BodySet>,
     /// Hyperelastic law and its parameters; in a body with regions, of all elements in no region.
     pub material: Material,
-    /// Materials of sets of elements, each under the name of the set.
-    #[serde(default, skip_serializing_if = "Named::is_empty")]
-    pub regions: Named<Region>,
     /// Relaxation of the isochoric stress; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscoelasticity: Option<At<Viscoelasticity>>,
@@ -49,9 +46,21 @@ pub struct Body {
     /// Damping; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<At<Damping>>,
+    /// Materials of sets of elements, each under the name of the set.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub regions: Named<Region>,
     /// Initial velocity \[m/s\], one entry per direction, expressions in x, y, z; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_velocity: Option<At<Vec<VaryingVelocity>>>,
+}
+
+impl Body {
+    /// Whether its density is zero, also in all regions.
+    pub fn is_massless(&self) -> bool {
+        let zero = |density: Option<Density>| density.is_some_and(|density| density.value == 0.0);
+        zero(self.density)
+            && self.regions.values().all(|region| region.density.is_none() || zero(region.density))
+    }
 }
 
 /// Where a body's mesh comes from.
