@@ -44,7 +44,7 @@ pub fn cures<const D: usize>(
 }
 
 /// Bodies that lock because some of their elements have no remedy, with the kinds: linear
-/// simplices and wedges at a high Poisson's ratio. Collective.
+/// simplices, wedges and pyramids at a high Poisson's ratio. Collective.
 fn locked_bodies<const D: usize>(
     system: &ContactSystem<D>,
     model: &Model<D>,

@@ -225,6 +225,7 @@ pub enum Element {
     Hex20,
     Hex27,
     Wedge6,
+    Pyramid5,
 }
 tagged!(Element, "element");
 
@@ -243,6 +244,7 @@ impl Element {
             Self::Hex20 => "hex20",
             Self::Hex27 => "hex27",
             Self::Wedge6 => "wedge6",
+            Self::Pyramid5 => "pyramid5",
         }
     }
 
@@ -250,7 +252,13 @@ impl Element {
     pub fn dimension(self) -> usize {
         match self {
             Self::Tri3 | Self::Tri6 | Self::Quad4 | Self::Quad8 | Self::Quad9 => 2,
-            Self::Tet4 | Self::Tet10 | Self::Hex8 | Self::Hex20 | Self::Hex27 | Self::Wedge6 => 3,
+            Self::Tet4
+            | Self::Tet10
+            | Self::Hex8
+            | Self::Hex20
+            | Self::Hex27
+            | Self::Wedge6
+            | Self::Pyramid5 => 3,
         }
     }
 
@@ -258,10 +266,13 @@ impl Element {
     pub fn offers(self, cure: Locking) -> bool {
         match cure {
             Locking::Auto | Locking::None => true,
-            Locking::SelectiveReduced => {
-                !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6)
+            Locking::SelectiveReduced => !matches!(
+                self,
+                Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6 | Self::Pyramid5
+            ),
+            Locking::MeanDilatation => {
+                !matches!(self, Self::Tri3 | Self::Tet4 | Self::Wedge6 | Self::Pyramid5)
             }
-            Locking::MeanDilatation => !matches!(self, Self::Tri3 | Self::Tet4 | Self::Wedge6),
         }
     }
 }
@@ -285,8 +296,8 @@ tagged!(Kinematics, "kinematics");
 #[schemars(rename = "Locking")]
 pub enum Locking {
     /// `selective_reduced` on quadrilaterals and hexahedra if Poisson's ratio is at least 0.45,
-    /// otherwise `none`. Triangles, tetrahedra and wedges do not support it: at such a ratio tri3,
-    /// tet4 and wedge6 cause a warning.
+    /// otherwise `none`. Triangles, tetrahedra, wedges and pyramids do not support it: at such a
+    /// ratio tri3, tet4, wedge6 and pyramid5 cause a warning.
     #[default]
     Auto,
     /// Full integration.
@@ -296,7 +307,7 @@ pub enum Locking {
     SelectiveReduced,
     /// Mixed formulation: the volumetric energy at the mean dilatation of each element, or at its best
     /// linear fit, with a discontinuous pressure that is condensed. For all elements except tri3,
-    /// tet4 and wedge6, up to a Poisson's ratio of 0.4999.
+    /// tet4, wedge6 and pyramid5, up to a Poisson's ratio of 0.4999.
     MeanDilatation,
 }
 tagged!(Locking, "cure for locking");
@@ -316,7 +327,7 @@ impl Locking {
     pub fn cure(self) -> &'static str {
         match self {
             Self::MeanDilatation => {
-                "linear triangles, tetrahedra and wedges lock even with one value of the volume per element; use \
+                "linear triangles, tetrahedra, wedges and pyramids lock even with one value of the volume per element; use \
                  tri6 or tet10, quadrilaterals or hexahedra"
             }
             _ => {
