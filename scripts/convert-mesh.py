@@ -20,7 +20,8 @@ from pathlib import Path
 # Type in Abaqus for each type of meshio, in 2D and in 3D. Nodes are in the order of VTK.
 SOLIDS = {
     2: {"triangle": "CPE3", "triangle6": "CPE6", "quad": "CPE4", "quad8": "CPE8"},
-    3: {"tetra": "C3D4", "tetra10": "C3D10", "hexahedron": "C3D8", "hexahedron20": "C3D20"},
+    3: {"tetra": "C3D4", "tetra10": "C3D10", "pyramid": "C3D5", "wedge": "C3D6", "hexahedron": "C3D8",
+        "hexahedron20": "C3D20"},
 }
 FACETS = {2: {"line": 2, "line3": 2}, 3: {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4}}
 
@@ -29,15 +30,19 @@ FACES = {
     (2, 3): [(0, 1), (1, 2), (2, 0)],
     (2, 4): [(0, 1), (1, 2), (2, 3), (3, 0)],
     (3, 4): [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)],
+    (3, 5): [(0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)],
+    (3, 6): [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)],
     (3, 8): [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)],
 }
 CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "tetra": 4, "tetra10": 4,
-           "hexahedron": 8, "hexahedron20": 8}
+           "pyramid": 5, "wedge": 6, "hexahedron": 8, "hexahedron20": 8}
 
 # Exodus: type in meshio by shape and number of nodes, and the face of each side.
 EXODUS = {("TRI", 3): "triangle", ("TRI", 6): "triangle6", ("QUA", 4): "quad", ("QUA", 8): "quad8",
-          ("TET", 4): "tetra", ("TET", 10): "tetra10", ("HEX", 8): "hexahedron", ("HEX", 20): "hexahedron20"}
-EXODUS_SIDES = {3: [1, 2, 3], 4: [1, 2, 3, 4], "tetra": [2, 3, 4, 1], 8: [3, 4, 5, 6, 1, 2]}
+          ("TET", 4): "tetra", ("TET", 10): "tetra10", ("PYR", 5): "pyramid", ("WED", 6): "wedge",
+          ("HEX", 8): "hexahedron", ("HEX", 20): "hexahedron20"}
+EXODUS_SIDES = {3: [1, 2, 3], 4: [1, 2, 3, 4], "tetra": [2, 3, 4, 1], 5: [2, 3, 4, 5, 1], 6: [3, 4, 5, 1, 2],
+                8: [3, 4, 5, 6, 1, 2]}
 # The midside nodes of the upright edges come before those of the top.
 EXODUS_HEX20 = list(range(12)) + [16, 17, 18, 19, 12, 13, 14, 15]
 
@@ -189,7 +194,7 @@ def main():
     is_exodus = Path(options.input).suffix.lower() in (".e", ".ex2", ".exo", ".g")
     out = from_exodus(options.input) if is_exodus else from_meshio(options.input, options.array)
     if out.count() == 0:
-        sys.exit("the mesh has no triangles, quadrilaterals, tetrahedra or hexahedra")
+        sys.exit("the mesh has no triangles, quadrilaterals, tetrahedra, pyramids, wedges or hexahedra")
     out.write(options.output)
     print("\n".join(out.summary()))
 

@@ -64,8 +64,6 @@ pub struct Body {
     pub materials: Vec<BodyMaterial>,
     /// Distribution of its mass.
     pub mass: MassChoice,
-    /// Rayleigh damping; `None` without damping.
-    pub damping: Option<RayleighFactors>,
     /// Initial velocity \[m/s\], one function per component; empty for a body at rest.
     pub initial_velocity: Vec<PlacedFunction>,
 }
@@ -79,6 +77,11 @@ impl Body {
     /// Whether all its elements have mass.
     pub fn has_mass(&self) -> bool {
         self.materials.iter().all(|material| material.formulation.density > 0.0)
+    }
+
+    /// Whether some of its elements are damped.
+    pub fn is_damped(&self) -> bool {
+        self.materials.iter().any(|material| material.damping.is_some())
     }
 
     /// Smallest Young's modulus \[Pa\].

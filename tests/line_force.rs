@@ -26,9 +26,16 @@ solver: {{ linear: direct }}
 /// The support carries the resultant `int q dl` and its moment, whatever the elements and ranks.
 #[test]
 fn the_resultant_is_that_of_the_line() {
-    for (element, ranks) in
-        [("hex8", 1), ("hex8", 4), ("tet4", 2), ("wedge6", 1), ("hex20", 3), ("hex27", 1), ("tet10", 3)]
-    {
+    for (element, ranks) in [
+        ("hex8", 1),
+        ("hex8", 4),
+        ("tet4", 2),
+        ("wedge6", 1),
+        ("pyramid5", 2),
+        ("hex20", 3),
+        ("hex27", 1),
+        ("tet10", 3),
+    ] {
         let reactions = Results::of(&plate(element), ranks).table("reactions.csv");
         // int (1 + y) dy = 4 and int y (1 + y) dy = 14 / 3 over [0, 2].
         let [force_x, force_z] = [3.0 * 2.0, -10.0 * 4.0];

@@ -27,7 +27,7 @@ output:
 /// A linear displacement is reproduced at all points, with the same text on 1 to 4 ranks.
 #[test]
 fn a_linear_displacement_is_exact_along_lines() {
-    for element in ["hex8", "tet10", "wedge6"] {
+    for element in ["hex8", "tet10", "wedge6", "pyramid5"] {
         let results = Results::of(&stretched(element), 1);
         let lines = results.table("lines.csv");
         let cut = lines.only("line", "cut");

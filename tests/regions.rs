@@ -6,7 +6,7 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::{Folder, Results, assert_says, near, run};
+use common::{Folder, Results, Table, assert_says, near, run};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 
@@ -257,5 +257,142 @@ fn mistakes_with_regions_are_explained() {
         let output = run(2, &["case.yml"], &folder);
         assert_eq!(output.code, Some(3), "{regions}: {}", output.text());
         assert_says(&output.text(), &says);
+    }
+}
+
+/// A free bar of which two thirds of the mass are damped in proportion to it loses its momentum at two
+/// thirds of the rate. A region without damping of its own has that of the body.
+#[test]
+fn the_damped_part_slows_the_body_by_its_share_of_the_mass() {
+    let law = "material: { neo_hookean: { young_modulus: 1e9, poisson_ratio: 0.3 } }";
+    let damping = |rate: f64| format!("damping: {{ rayleigh: {{ mass: {rate} }} }}");
+    for (of_body, of_region, rate) in [
+        (String::new(), format!(", {}", damping(3.0)), 3.0 * 2.0 / 3.0),
+        (damping(1.5), String::new(), 1.5),
+        (damping(3.0), format!(", {}", damping(1.5)), 2.0),
+    ] {
+        let text = format!(
+            "dimension: 2\nbodies:\n  bar:\n    mesh: {{ box: {{ min: [0, 0], max: [1, 0.5], cells: [2, 1] }} }}\n    \
+             sets: {{ heavy: {{ of: elements, where: 'x < 0.5 + 1e-9' }} }}\n    {law}\n    density: 1000\n    {of_body}\n    \
+             regions: {{ heavy: {{ {law}, density: 2000{of_region} }} }}\n    \
+             initial_velocity: [2, 0]\nstart: {{ rest: {{}} }}\n\
+             time: {{ end: 0.5, step: 0.005, scheme: {{ generalized_alpha: {{ spectral_radius: 0.5 }} }} }}\n\
+             output: {{ bodies: true }}\n"
+        );
+        let bodies = Results::of(&text, 2).table("bodies.csv");
+        near(&[bodies.last("mass")], &[750.0], 1e-12);
+        near(&[bodies.last("linear_x")], &[1500.0 * (-rate * 0.5_f64).exp()], 1e-4);
+    }
+}
+
+/// A body of two materials that differ in everything, sliding on its floor.
+const SLIDING: &str = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
+    sets: { part: { of: elements, where: 'x + y < 0.5' } }
+    material: { mooney_rivlin: { c10: 4e5, c01: 1e5, bulk_modulus: 1e8 } }
+    density: 1100
+    viscoelasticity: { prony: [{ share: 0.3, time: 1e-3 }, { share: 0.2, time: 1e-2 }] }
+    locking: LOCKING
+    regions:
+      part:
+        material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+        density: 1700
+        viscoelasticity: { prony: [{ share: 0.3, time: 1e-3 }] }
+        damping: { rayleigh: { mass: 20, stiffness: 1e-4 } }
+obstacles:
+  floor: { plane: { point: [0, 0], normal: [0, 1] } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
+boundary:
+  clamp: { on: block.top, displacement: { x: '1.0 * t', y: -0.01 } }
+start: { equilibrium: { friction: false, increments: 2 } }
+time: { end: 0.003, step: 5.0e-4 }
+solver: { strategy: STRATEGY, newton: { tolerance: 1.0e-12 } }
+output: { bodies: true, checkpoint: { every: 2 } }
+";
+
+/// Materials with different Prony series, densities, damping and treatments of locking give equal results
+/// on 1 to 4 ranks in both strategies, and after a restart on other numbers of ranks.
+#[test]
+fn different_materials_are_independent_of_ranks_and_restarts() {
+    let columns = [
+        ("energy.csv", "strain"),
+        ("energy.csv", "viscous_stored"),
+        ("energy.csv", "damping_dissipated"),
+        ("reactions.csv", "force_y"),
+        ("bodies.csv", "kinetic"),
+    ];
+    for (strategy, locking) in [
+        ("monolithic", "auto"),
+        ("{ staggered: { tolerance: 1.0e-10, max_sweeps: 100 } }", "mean_dilatation"),
+    ] {
+        let text = SLIDING.replace("STRATEGY", strategy).replace("LOCKING", locking);
+        let one = Results::of(&text, 1);
+        for ranks in 2..=4 {
+            let several = Results::of(&text, ranks);
+            for (table, column) in columns {
+                let known = one.table(table).numbers(column);
+                assert!(known.iter().any(|value| value.abs() > 0.0), "{column}");
+                near(&several.table(table).numbers(column), &known, 1e-7);
+            }
+        }
+    }
+    let folder = Folder::new("regions");
+    folder.write("case.yml", &SLIDING.replace("STRATEGY", "monolithic").replace("LOCKING", "auto"));
+    run(2, &["case.yml", "-q", "-o", "whole"], &folder).success();
+    let checkpoint = "whole/checkpoints/step-000004.ckpt";
+    let bytes = std::fs::read(folder.join(checkpoint)).expect("a checkpoint");
+    let holds = |name: &str| bytes.windows(name.len()).any(|part| part == name.as_bytes());
+    assert!(holds("branches of block.part") && holds("branch 2_zz"));
+    let start = format!("--restart={checkpoint}");
+    for ranks in 1..=4 {
+        let out = format!("after-{ranks}");
+        run(ranks, &["case.yml", "-q", "-o", &out, &start], &folder).success();
+        for (table, column) in columns {
+            let [whole, after] =
+                ["whole", &out].map(|of| Table::read(&folder.join(of).join(table)).numbers(column));
+            let last = |values: &[f64]| values[values.len() - 2..].to_vec();
+            assert!(after.len() < whole.len());
+            near(&last(&after), &last(&whole), 1e-7);
+        }
+    }
+}
+
+/// `check` compares a normal law to the material beneath the surface, not to a softer core.
+#[test]
+fn check_compares_with_the_material_beneath_the_surface() {
+    let hard =
+        "    regions: { lower: { material: { neo_hookean: { young_modulus: 1.0e8, poisson_ratio: 0.3 } } } }";
+    let folder = Folder::new("regions-check");
+    folder.write("case.yml", &block(hard, "time: { end: 0.01, step: 0.001, scheme: midpoint }"));
+    let text = run(2, &["check", "case.yml"], &folder).success().text();
+    assert_says(&text, &["at a pressure of 1.000e7 Pa", "times E/h = 3.0000e9 Pa/m"]);
+}
+
+/// A free body moves by its inertia if a region has mass. One whose regions have none is refused.
+#[test]
+fn a_body_is_massless_only_with_all_its_regions() {
+    let folder = Folder::new("regions-mass");
+    for (density, code) in [("density: 2000", 0), ("density: 0", 3)] {
+        let law = "material: { neo_hookean: { young_modulus: 1e6, poisson_ratio: 0.3 } }";
+        let text = format!(
+            "dimension: 2\nbodies:\n  bar:\n    mesh: {{ box: {{ min: [0, 0], max: [1, 0.5], cells: [2, 1] }} }}\n    \
+             sets: {{ heavy: {{ of: elements, where: 'x < 0.5 + 1e-9' }} }}\n    {law}\n    density: 0\n    \
+             regions: {{ heavy: {{ {law}, {density} }} }}\ntime: {{ end: 0.5, step: 0.005 }}\n"
+        );
+        folder.write("case.yml", &text);
+        let output = run(1, &["check", "case.yml"], &folder);
+        assert_eq!(output.code, Some(code), "{}", output.text());
+        assert_eq!(
+            output.text().contains("no support or contact holds the body 'bar', and it has no mass"),
+            code == 3
+        );
     }
 }

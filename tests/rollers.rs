@@ -71,6 +71,7 @@ fn a_piece_of_a_sphere_contracts_uniformly() {
         (3, "tet4", "", 1),
         (3, "hex20", "", 2),
         (3, "wedge6", "", 2),
+        (3, "pyramid5", "", 3),
     ] {
         let results = Results::of(&sector(dimension, element, more), ranks);
         let change = contraction(dimension as i32, 2.0e5) - 1.0;

@@ -78,7 +78,7 @@ const TWO_PASSES: [&str; 2] = [
 #[test]
 fn every_element_passes_the_patch_test() {
     let plane = ["quad4", "quad8", "quad9", "tri3", "tri6"].map(|element| ("blocks", 2, "quad4", element));
-    let space = ["hex8", "hex20", "hex27", "wedge6", "tet4", "tet10"]
+    let space = ["hex8", "hex20", "hex27", "wedge6", "pyramid5", "tet4", "tet10"]
         .map(|element| ("blocks-solid", 3, "hex8", element));
     for (case, dimension, shipped_element, element) in plane.into_iter().chain(space) {
         let changes = [

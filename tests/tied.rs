@@ -128,6 +128,7 @@ fn uniform_stress_passes_in_space_on_1_to_4_ranks() {
         ("tet4", "hex8", 1),
         ("hex20", "tet10", 2),
         ("wedge6", "wedge6", 3),
+        ("pyramid5", "pyramid5", 2),
         ("hex27", "hex27", 1),
     ] {
         let results = Results::of(&PATCH_3D.replace("LOWER", lower).replace("UPPER", upper), ranks);

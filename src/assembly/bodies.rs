@@ -189,7 +189,7 @@ impl<const D: usize> Bodies<D> {
             viscous: viscous_bodies(model),
             relaxes: false,
             materials,
-            damped: inertia && model.bodies.iter().any(|body| body.damping.is_some()),
+            damped: inertia && model.bodies.iter().any(Body::is_damped),
             pattern: pattern.clone(),
             names: named_bodies(model),
             pieces,

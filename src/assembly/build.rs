@@ -40,7 +40,7 @@ pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<Vec<BodyPhysics>>
             MassChoice::Lumped => MassKind::Lumped,
             MassChoice::Redistributed | MassChoice::RedistributedIfPossible => MassKind::Redistributed,
         },
-        damping: body.damping,
+        damping: material.damping,
         series: material.series.clone(),
     };
     let of_body =

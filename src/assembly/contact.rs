@@ -37,6 +37,9 @@ pub struct LocalContact<const D: usize> {
     pub bodies: Vec<usize>,
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
+    /// Smallest Young's modulus of the elements beneath the facets of both sides \[Pa\], the reference for
+    /// penalties.
+    pub softer: f64,
     /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
     pub beneath: f64,
     /// Requested penetration tolerance \[m\]; `None` if there is no limit.
@@ -110,6 +113,7 @@ impl<const D: usize> LocalContact<D> {
             target_name: contact.target_name.clone(),
             bodies: contact.all_bodies(),
             facet_size: measures.facet_size,
+            softer: measures.softer,
             beneath: measures.softer / measures.facet_size,
             tolerance: None,
             stiffening: 1.0,

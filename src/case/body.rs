@@ -26,9 +26,6 @@ pub struct Body {
     pub sets: Named<BodySet>,
     /// Hyperelastic law and its parameters; in a body with regions, of all elements in no region.
     pub material: Material,
-    /// Materials of sets of elements, each under the name of the set.
-    #[serde(default, skip_serializing_if = "Named::is_empty")]
-    pub regions: Named<Region>,
     /// Relaxation of the isochoric stress; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscoelasticity: Option<At<Viscoelasticity>>,
@@ -49,9 +46,21 @@ pub struct Body {
     /// Damping; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<At<Damping>>,
+    /// Materials of sets of elements, each under the name of the set.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub regions: Named<Region>,
     /// Initial velocity \[m/s\], one entry per direction, expressions in x, y, z; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_velocity: Option<At<Vec<VaryingVelocity>>>,
+}
+
+impl Body {
+    /// Whether its density is zero, also in all regions.
+    pub fn is_massless(&self) -> bool {
+        let zero = |density: Option<Density>| density.is_some_and(|density| density.value == 0.0);
+        zero(self.density)
+            && self.regions.values().all(|region| region.density.is_none() || zero(region.density))
+    }
 }
 
 /// Where a body's mesh comes from.
@@ -216,6 +225,7 @@ pub enum Element {
     Hex20,
     Hex27,
     Wedge6,
+    Pyramid5,
 }
 tagged!(Element, "element");
 
@@ -234,6 +244,7 @@ impl Element {
             Self::Hex20 => "hex20",
             Self::Hex27 => "hex27",
             Self::Wedge6 => "wedge6",
+            Self::Pyramid5 => "pyramid5",
         }
     }
 
@@ -241,7 +252,13 @@ impl Element {
     pub fn dimension(self) -> usize {
         match self {
             Self::Tri3 | Self::Tri6 | Self::Quad4 | Self::Quad8 | Self::Quad9 => 2,
-            Self::Tet4 | Self::Tet10 | Self::Hex8 | Self::Hex20 | Self::Hex27 | Self::Wedge6 => 3,
+            Self::Tet4
+            | Self::Tet10
+            | Self::Hex8
+            | Self::Hex20
+            | Self::Hex27
+            | Self::Wedge6
+            | Self::Pyramid5 => 3,
         }
     }
 
@@ -249,10 +266,13 @@ impl Element {
     pub fn offers(self, cure: Locking) -> bool {
         match cure {
             Locking::Auto | Locking::None => true,
-            Locking::SelectiveReduced => {
-                !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6)
+            Locking::SelectiveReduced => !matches!(
+                self,
+                Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6 | Self::Pyramid5
+            ),
+            Locking::MeanDilatation => {
+                !matches!(self, Self::Tri3 | Self::Tet4 | Self::Wedge6 | Self::Pyramid5)
             }
-            Locking::MeanDilatation => !matches!(self, Self::Tri3 | Self::Tet4 | Self::Wedge6),
         }
     }
 }
@@ -276,8 +296,8 @@ tagged!(Kinematics, "kinematics");
 #[schemars(rename = "Locking")]
 pub enum Locking {
     /// `selective_reduced` on quadrilaterals and hexahedra if Poisson's ratio is at least 0.45,
-    /// otherwise `none`. Triangles, tetrahedra and wedges do not support it: at such a ratio tri3,
-    /// tet4 and wedge6 cause a warning.
+    /// otherwise `none`. Triangles, tetrahedra, wedges and pyramids do not support it: at such a
+    /// ratio tri3, tet4, wedge6 and pyramid5 cause a warning.
     #[default]
     Auto,
     /// Full integration.
@@ -287,7 +307,7 @@ pub enum Locking {
     SelectiveReduced,
     /// Mixed formulation: the volumetric energy at the mean dilatation of each element, or at its best
     /// linear fit, with a discontinuous pressure that is condensed. For all elements except tri3,
-    /// tet4 and wedge6, up to a Poisson's ratio of 0.4999.
+    /// tet4, wedge6 and pyramid5, up to a Poisson's ratio of 0.4999.
     MeanDilatation,
 }
 tagged!(Locking, "cure for locking");
@@ -307,7 +327,7 @@ impl Locking {
     pub fn cure(self) -> &'static str {
         match self {
             Self::MeanDilatation => {
-                "linear triangles, tetrahedra and wedges lock even with one value of the volume per element; use \
+                "linear triangles, tetrahedra, wedges and pyramids lock even with one value of the volume per element; use \
                  tri6 or tet10, quadrilaterals or hexahedra"
             }
             _ => {

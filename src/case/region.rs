@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::damping::Damping;
 use super::viscoelasticity::Viscoelasticity;
 use crate::material::Material;
 use crate::reader::at::At;
@@ -20,4 +21,7 @@ pub struct Region {
     /// Reference density [kg/m3], >= 0; that of the body if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<Density>,
+    /// Damping; that of the body if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<At<Damping>>,
 }

@@ -71,7 +71,7 @@ impl Locking {
             Self::MeanDilatation,
             "mean_dilatation",
             "mixed formulation with a discontinuous pressure, constant or linear in each element, which is \
-             condensed (all except tri3, tet4 and wedge6)",
+             condensed (all except tri3, tet4, wedge6 and pyramid5)",
         ),
     ];
 

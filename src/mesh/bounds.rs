@@ -125,7 +125,7 @@ fn overshoot(kind: ElementKind) -> f64 {
         Tri6 => 5.0 / 3.0,
         Quad8 => 3.0,
         Quad9 => 25.0 / 16.0,
-        Line2 | Tri3 | Quad4 | Tet4 | Hex8 | Wedge6 => 1.0,
+        Line2 | Tri3 | Quad4 | Tet4 | Hex8 | Wedge6 | Pyramid5 => 1.0,
         // Not facets.
         Tet10 | Hex20 | Hex27 => f64::INFINITY,
     };

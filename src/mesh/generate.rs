@@ -1,8 +1,8 @@
 //! Rectangles and boxes of every kind of element.
 //!
-//! All kinds use one lattice: cells in a linear mesh, half cells in a quadratic one. The corners of
-//! a cell are divided into elements. Each further node is the mean of its parents, which is also a
-//! lattice point.
+//! All kinds use one lattice: cells in a linear mesh, half cells in a quadratic one and in one of
+//! pyramids, which meet in the centre of their cell. The corners of a cell are divided into elements.
+//! Each further node is the mean of its parents, which is also a lattice point.
 
 use super::{ElementKind, Facet, Mesh};
 use crate::error::{Error, Result};
@@ -15,7 +15,7 @@ pub struct BoxShape<const D: usize> {
     /// Corner with the highest coordinates \[m\].
     pub max: [f64; D],
     /// Cells along each axis. A cell is one quadrilateral or hexahedron, two triangles or
-    /// wedges, or six tetrahedra.
+    /// wedges, or six tetrahedra or pyramids.
     pub cells: [u32; D],
     /// Kind of all elements.
     pub element: ElementKind,
@@ -24,9 +24,10 @@ pub struct BoxShape<const D: usize> {
 /// Integer position of a node, in lattice steps.
 type Place<const D: usize> = [u32; D];
 
-/// Corners of a unit cell in the node order of a hexahedron. A plane cell has the first four.
-const CORNERS: [[u32; 3]; 8] =
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+/// Corners of a cell in the node order of a hexahedron, and its centre, in half cells. A plane cell has
+/// the first four.
+const CORNERS: [[u32; 3]; 9] =
+    [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2], [1, 1, 1]];
 
 const QUAD: &[&[u8]] = &[&[0, 1, 2, 3]];
 const HEX: &[&[u8]] = &[&[0, 1, 2, 3, 4, 5, 6, 7]];
@@ -40,6 +41,16 @@ const WEDGES: [&[&[u8]]; 2] =
 /// cells match.
 const SIXTHS: &[&[u8]] =
     &[&[0, 1, 2, 6], &[0, 2, 3, 6], &[0, 3, 7, 6], &[0, 7, 4, 6], &[0, 4, 5, 6], &[0, 5, 1, 6]];
+
+/// Six pyramids on the sides, with the centre as their apex.
+const PYRAMIDS: &[&[u8]] = &[
+    &[0, 1, 2, 3, 8],
+    &[4, 7, 6, 5, 8],
+    &[0, 4, 5, 1, 8],
+    &[1, 5, 6, 2, 8],
+    &[2, 6, 7, 3, 8],
+    &[0, 3, 7, 4, 8],
+];
 
 /// A division of a cell: the corners of each element.
 type Pieces = &'static [&'static [u8]];
@@ -92,7 +103,8 @@ impl<const D: usize> BoxShape<D> {
 
     fn check_size(&self) -> Result<()> {
         let product = |of: &dyn Fn(usize) -> f64| (0..D).map(of).product::<f64>();
-        let unknowns = D as f64 * product(&|k| f64::from(self.cells[k]) * self.element.order() as f64 + 1.0);
+        let unknowns =
+            D as f64 * product(&|k| f64::from(self.cells[k]) * f64::from(self.steps_per_cell()) + 1.0);
         let per_cell = self.pieces([0; D]).len() * self.element.nodes();
         let entries = per_cell as f64 * product(&|k| f64::from(self.cells[k]));
         if unknowns > f64::from(i32::MAX) || entries > f64::from(u32::MAX) {
@@ -102,9 +114,17 @@ impl<const D: usize> BoxShape<D> {
         Ok(())
     }
 
+    /// Lattice steps of a cell along an axis.
+    fn steps_per_cell(&self) -> u32 {
+        match (D, self.element.corners()) {
+            (3, 5) => 2,
+            _ => self.element.order() as u32,
+        }
+    }
+
     /// Lattice steps along an axis.
     fn steps(&self, axis: usize) -> u32 {
-        self.cells[axis] * self.element.order() as u32
+        self.cells[axis] * self.steps_per_cell()
     }
 
     /// Position of every lattice point, x fastest. The end coordinates are exact.
@@ -127,6 +147,7 @@ impl<const D: usize> BoxShape<D> {
             (2, 3) => HALVES[cell.iter().sum::<u32>() as usize % 2],
             (2, _) => QUAD,
             (_, 4) => SIXTHS,
+            (_, 5) => PYRAMIDS,
             (_, 6) => WEDGES[cell.iter().take(2).sum::<u32>() as usize % 2],
             _ => HEX,
         }
@@ -151,10 +172,11 @@ impl<const D: usize> BoxShape<D> {
 
     /// Mean of the parents, which is a lattice point.
     fn place(&self, cell: Place<D>, corners: &[u8], parents: &[u8]) -> Place<D> {
-        let order = self.element.order() as u32;
+        let steps = self.steps_per_cell();
         std::array::from_fn(|axis| {
             let offset = |&parent: &u8| CORNERS[corners[parent as usize] as usize][axis];
-            cell[axis] * order + order * parents.iter().map(offset).sum::<u32>() / parents.len() as u32
+            let halves = parents.iter().map(offset).sum::<u32>();
+            cell[axis] * steps + steps * halves / (2 * parents.len() as u32)
         })
     }
 

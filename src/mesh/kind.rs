@@ -22,6 +22,7 @@ pub enum ElementKind {
     Hex20,
     Hex27,
     Wedge6,
+    Pyramid5,
 }
 
 use ElementKind::*;
@@ -41,11 +42,12 @@ struct Row {
 
 impl ElementKind {
     /// Every kind, facets included, in the order of the enumeration.
-    pub const ALL: [Self; 13] =
-        [Line2, Line3, Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27, Wedge6];
+    pub const ALL: [Self; 14] =
+        [Line2, Line3, Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27, Wedge6, Pyramid5];
 
     /// The kinds of solid elements in two or three dimensions.
-    pub const SOLIDS: [Self; 11] = [Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27, Wedge6];
+    pub const SOLIDS: [Self; 12] =
+        [Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27, Wedge6, Pyramid5];
 
     /// The name in case files and messages, for example `quad4`.
     pub fn name(self) -> &'static str {
@@ -89,8 +91,8 @@ impl ElementKind {
         self.row().sides
     }
 
-    /// The kind of a side, an index into [`sides`](Self::sides). The sides of a wedge are triangles
-    /// and quadrilaterals. For a side that does not
+    /// The kind of a side, an index into [`sides`](Self::sides). The sides of wedges and
+    /// pyramids are triangles and quadrilaterals. For a side that does not
     /// exist it is the kind of the element.
     pub fn side_kind(self, side: usize) -> Self {
         match (self.dimension(), self.sides().get(side).map_or(0, |nodes| nodes.len())) {
@@ -170,6 +172,8 @@ const HEX: &[&[u8]] = &[
 
 const WEDGE: &[&[u8]] = &[&[0], &[1], &[2], &[3], &[4], &[5]];
 
+const PYRAMID: &[&[u8]] = &[&[0], &[1], &[2], &[3], &[4]];
+
 const GMSH_TET10: &[u8] = &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8];
 #[rustfmt::skip]
 const GMSH_HEX: &[u8] = &[
@@ -178,7 +182,7 @@ const GMSH_HEX: &[u8] = &[
 
 /// One row for each kind, in the order of the enumeration.
 #[rustfmt::skip]
-static TABLE: [Row; 13] = [
+static TABLE: [Row; 14] = [
     Row { name: "line2", dimension: 1, corners: 2, parents: LINE.split_at(2).0, sides: &[],
           vtk: 3, gmsh: 1, gmsh_order: natural(2) },
     Row { name: "line3", dimension: 1, corners: 2, parents: LINE, sides: &[],
@@ -218,6 +222,9 @@ static TABLE: [Row; 13] = [
     Row { name: "wedge6", dimension: 3, corners: 6, parents: WEDGE,
           sides: &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
           vtk: 13, gmsh: 6, gmsh_order: natural(6) },
+    Row { name: "pyramid5", dimension: 3, corners: 5, parents: PYRAMID,
+          sides: &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]],
+          vtk: 14, gmsh: 7, gmsh_order: natural(5) },
 ];
 
 #[cfg(test)]
@@ -232,6 +239,9 @@ mod tests {
                 Line2 | Line3 => [[0., 0., 0.], [1., 0., 0.]][c as usize],
                 Tri3 | Tri6 | Tet4 | Tet10 => {
                     [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]][c as usize]
+                }
+                Pyramid5 => {
+                    [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0.5, 0.5, 1.]][c as usize]
                 }
                 Wedge6 => {
                     let z = f64::from(c / 3);

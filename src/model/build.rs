@@ -335,7 +335,16 @@ pub(super) fn locking(of: case::Locking) -> Locking {
 
 fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
     let density = body.density.map_or(0.0, |density| density.value);
-    let material = |set: Option<String>, law, viscous: Option<&case::Viscoelasticity>, density| {
+    let material = |set: Option<String>,
+                    law,
+                    viscous: Option<&case::Viscoelasticity>,
+                    density,
+                    damping: Option<&At<case::Damping>>| {
+        let damping = damping.map(|damping| match damping.value {
+            case::Damping::Rayleigh(factors) => {
+                RayleighFactors { mass: factors.mass.value, stiffness: factors.stiffness.value }
+            }
+        });
         let formulation = Formulation {
             material: law,
             kinematics: match body.kinematics {
@@ -346,13 +355,19 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             density,
         };
         let series = viscous.map(|viscous| Rc::new(viscous.series()));
-        BodyMaterial { set, formulation, series, young_modulus: law.moduli().young_modulus() }
+        BodyMaterial { set, formulation, damping, series, young_modulus: law.moduli().young_modulus() }
     };
-    let own = material(None, body.material, body.viscoelasticity.as_deref(), density);
+    let own = material(None, body.material, body.viscoelasticity.as_deref(), density, body.damping.as_ref());
     let of_region = |(region, its): (&At<String>, &case::Region)| {
         let set = format!("{name}.{}", region.value);
         let density = its.density.map_or(density, |density| density.value);
-        material(Some(set), its.material, its.viscoelasticity.as_deref(), density)
+        material(
+            Some(set),
+            its.material,
+            its.viscoelasticity.as_deref(),
+            density,
+            its.damping.as_ref().or(body.damping.as_ref()),
+        )
     };
     let materials = std::iter::once(own).chain(body.regions.iter().map(of_region)).collect();
     let velocity = body.initial_velocity.as_ref();
@@ -365,11 +380,6 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Mass::Lumped => MassChoice::Lumped,
             case::Mass::Redistributed => MassChoice::Redistributed,
         },
-        damping: body.damping.as_ref().map(|damping| match damping.value {
-            case::Damping::Rayleigh(factors) => {
-                RayleighFactors { mass: factors.mass.value, stiffness: factors.stiffness.value }
-            }
-        }),
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| case.function(f)).collect()),
     })
 }

@@ -220,7 +220,14 @@ impl<'a, const D: usize> Surface<'a, D> {
             let corners = &mesh.element_nodes(element)[..mesh.kinds[element].corners()];
             let pairs =
                 corners.iter().enumerate().flat_map(|(k, &a)| corners[k + 1..].iter().map(move |&b| (a, b)));
-            let size = pairs.map(|(a, b)| distance(&at(a), &at(b))).fold(f64::INFINITY, f64::min);
+            let mut size = pairs.map(|(a, b)| distance(&at(a), &at(b))).fold(f64::INFINITY, f64::min);
+            if let (3, [base @ .., apex]) = (D, corners)
+                && base.len() == 4
+            {
+                // No edge of a flat pyramid is short.
+                let centre = std::array::from_fn(|k| base.iter().map(|&n| at(n)[k]).sum::<f64>() / 4.0);
+                size = size.min(distance(&at(*apex), &centre));
+            }
             let around = Bounds::of_facet(mesh.facet_kind(facet), own.iter().map(|&node| at(node)));
             boxes.push(around.inflate(TOUCH * size));
             sizes.push(size);
@@ -425,7 +432,7 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &MeshOrigin, first: Touch, co
             );
             let cure = format!(
                 "a quadrilateral side must meet a quadrilateral side, and diagonals of triangles must agree: mesh both parts \
-                 with elements of one shape; {apart}"
+                 with elements of one shape, or put pyramids between quadrilaterals and triangles; {apart}"
             );
             source.at_element(mesh, one.element as usize, &message).hint(&cure)
         }

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::Body;
+use super::{Body, RayleighFactors};
 use crate::case::Case;
 use crate::element::Formulation;
 use crate::error::Error;
@@ -17,6 +17,8 @@ pub struct BodyMaterial {
     pub set: Option<String>,
     /// Material law, kinematics, locking treatment and density.
     pub formulation: Formulation,
+    /// Rayleigh damping; `None` without damping.
+    pub damping: Option<RayleighFactors>,
     /// Prony series of the deviator; `None` for an elastic material.
     pub series: Option<Rc<PronySeries>>,
     /// Young's modulus \[Pa\], the reference for penalties.

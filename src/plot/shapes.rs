@@ -10,6 +10,7 @@ const TETRA_10: [&[u8]; 4] =
 const HEXA_8: [&[u8]; 6] =
     [&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
 const WEDGE_6: [&[u8]; 5] = [&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
+const PYRAMID_5: [&[u8]; 5] = [&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]];
 const HEXA_20: [&[u8]; 6] = [
     &[0, 11, 3, 10, 2, 9, 1, 8],
     &[4, 12, 5, 13, 6, 14, 7, 15],
@@ -34,6 +35,7 @@ pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
         24 => &TETRA_10,
         12 => &HEXA_8,
         13 => &WEDGE_6,
+        14 => &PYRAMID_5,
         25 | 29 => &HEXA_20,
         _ => &[],
     }
@@ -41,7 +43,7 @@ pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
 
 /// Whether the cell fills a volume.
 pub fn is_solid(vtk_type: u8) -> bool {
-    [10, 12, 13, 24, 25, 29].contains(&vtk_type)
+    [10, 12, 13, 14, 24, 25, 29].contains(&vtk_type)
 }
 
 /// Whether the cell is a line, which is the contact facet in 2D.
@@ -59,7 +61,7 @@ mod tests {
     /// faces that traverse it in opposite directions.
     #[test]
     fn solids_are_closed() {
-        for (vtk_type, edges) in [(10, 6), (24, 12), (12, 12), (25, 24), (29, 24)] {
+        for (vtk_type, edges) in [(10, 6), (24, 12), (12, 12), (13, 9), (14, 8), (25, 24), (29, 24)] {
             let mut count: BTreeMap<(u8, u8), i32> = BTreeMap::new();
             for face in polygons(vtk_type) {
                 for (i, &a) in face.iter().enumerate() {

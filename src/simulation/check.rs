@@ -14,7 +14,7 @@ use super::{Share, derived, needs, options, share_out, start};
 use crate::accuracy::{self, limits_slip};
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision, self_contact};
-use crate::assembly::{ContactSystem, LocalContact, SystemOptions};
+use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
@@ -88,10 +88,10 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
         }
     }
     let starts = contact_starts(&system);
-    let laws = system.contacts().iter().map(LocalContact::law);
-    for ((contact, law), start) in model.contacts.iter().zip(laws).zip(&starts) {
+    let laws = system.contacts().iter().map(|contact| (contact.law(), contact.softer));
+    for ((contact, (law, softer)), start) in model.contacts.iter().zip(laws).zip(&starts) {
         let _ = writeln!(text, "contact {start}");
-        describe_contact(&mut text, contact, law, &model.bodies, &sizes, case);
+        describe_contact(&mut text, contact, law, softer, &model.bodies, &sizes, case);
     }
     let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
     let past = accuracy::kept(case, system.pattern_vector())?;
@@ -176,18 +176,12 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
         if let Some(set) = &material.set {
             let _ = writeln!(text, "  region {set}:");
         }
-        describe_properties(text, body, material, *smallest_edge, case);
+        describe_properties(text, material, *smallest_edge, case);
     }
 }
 
 /// Describes a material of a body: moduli, relaxation, damping and wave speeds.
-fn describe_properties(
-    text: &mut String,
-    body: &Body,
-    material: &BodyMaterial,
-    smallest_edge: f64,
-    case: &Case,
-) {
+fn describe_properties(text: &mut String, material: &BodyMaterial, smallest_edge: f64, case: &Case) {
     let (s, speed) = (case.units.of("s"), case.units.of("m/s"));
     let moduli = material.sudden_moduli();
     let _ = writeln!(text, "  {}", describe_material(material, &case.units.of("Pa")));
@@ -205,7 +199,7 @@ fn describe_properties(
         }
         return;
     }
-    if let Some(RayleighFactors { mass, stiffness }) = body.damping {
+    if let Some(RayleighFactors { mass, stiffness }) = material.damping {
         let _ = writeln!(
             text,
             "  Rayleigh damping: {mass:.4e} {} times the mass, {stiffness:.4e} {s} times the stiffness",
@@ -263,18 +257,20 @@ fn describe_contact<const D: usize>(
     text: &mut String,
     contact: &ContactModel<D>,
     law: &ContactLaw,
+    softer: f64,
     bodies: &[Body],
     sizes: &[Size],
     case: &Case,
 ) {
-    // The softest body defines which pressure is high and which stiffness is large.
-    let all = contact.all_bodies().into_iter().map(|body| (&bodies[body], &sizes[body]));
-    let softest = all.min_by(|a, b| a.0.softest_modulus().total_cmp(&b.0.softest_modulus()));
-    let Some((body, size)) = softest else { return };
-    let high = HIGH_PRESSURE * body.softest_modulus();
+    // The softest material beneath the surfaces defines which pressure is high and which stiffness is
+    // large.
+    let has_it = |&body: &usize| bodies[body].softest_modulus() <= softer;
+    let Some(body) = contact.all_bodies().into_iter().find(has_it) else { return };
+    let smallest = sizes[body].smallest_edge;
+    let high = HIGH_PRESSURE * softer;
     let penetration = law.normal.penetration(high);
     let stiffness = -law.normal.evaluate(-penetration).derivative;
-    let layer = body.softest_modulus() / size.smallest_edge;
+    let layer = softer / smallest;
     let [m, pa, slope] = ["m", "Pa", "Pa/m"].map(|unit| case.units.of(unit));
     let _ = writeln!(
         text,
@@ -284,7 +280,7 @@ fn describe_contact<const D: usize>(
     let _ = writeln!(
         text,
         "  expected penetration: {penetration:.3e} {m} at that pressure, {:.2e} of the smallest edge",
-        penetration / size.smallest_edge
+        penetration / smallest
     );
     if let Some(asked) = contact.penetration {
         let _ = writeln!(text, "  requested penetration: {asked:.3e} {m}");

@@ -78,10 +78,7 @@ pub fn remarks(case: &Case) -> Vec<String> {
     let asked = case.solver.strategy.value != case::Strategy::Monolithic;
     let idle = asked && staggered(case).is_none();
     let remark = "no contact has friction: `strategy: staggered` has no second stage, and the steps are solved by the monolithic strategy";
-    let massless = case
-        .bodies
-        .iter()
-        .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.value == 0.0));
+    let massless = case.bodies.iter().filter(|(_, body)| !case.is_static() && body.is_massless());
     let massless = massless.map(|(name, _)| {
         format!("'{}' has no mass: it follows supports, loads and contacts instantaneously", name.value)
     });

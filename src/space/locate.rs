@@ -109,6 +109,10 @@ impl ReferenceElement {
             let in_triangle = xi[..2].iter().all(|&x| x >= -tolerance) && xi[0] + xi[1] <= 1.0 + tolerance;
             return in_triangle && xi[2].abs() <= 1.0 + tolerance;
         }
+        if self.is_pyramid() {
+            let width = 1.0 - xi[2] + tolerance;
+            return xi[2] >= -tolerance && xi[..2].iter().all(|x| x.abs() <= width);
+        }
         if self.is_simplex() {
             return xi.iter().all(|&x| x >= -tolerance) && xi.iter().sum::<f64>() <= 1.0 + tolerance;
         }
@@ -157,6 +161,22 @@ mod tests {
     fn points_are_found_where_they_are() {
         round_trip::<2>();
         round_trip::<3>();
+    }
+
+    /// The apex of a pyramid, where its functions have no gradient, and points near it are found.
+    #[test]
+    fn the_apex_of_a_pyramid_is_found() {
+        let mesh = single::<3>(ElementKind::Pyramid5);
+        let apex = mesh.points[4];
+        let found = locate(&mesh, [0], &apex).expect("inside");
+        assert!((found.coordinates[2] - 1.0).abs() < 1e-12, "{found:?}");
+        for part in [1e-3, 1e-8, 1e-14] {
+            let near: [f64; 3] = std::array::from_fn(|k| apex[k] + part * (mesh.points[0][k] - apex[k]));
+            let found = locate(&mesh, [0], &near).expect("inside");
+            assert!((1.0 - found.coordinates[2] - part).abs() < 1e-12, "{part}: {found:?}");
+        }
+        let beyond: [f64; 3] = std::array::from_fn(|k| apex[k] + 1e-3 * (apex[k] - mesh.points[0][k]));
+        assert_eq!(locate(&mesh, [0], &beyond), None);
     }
 
     /// The nearest node is found: the first of equally near ones, `None` without candidates.

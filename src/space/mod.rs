@@ -12,6 +12,7 @@ mod hexes;
 mod layout;
 mod lines;
 mod locate;
+mod pyramids;
 mod quadrature;
 mod quads;
 mod reference;

@@ -64,6 +64,23 @@ impl Rule {
         rule
     }
 
+    /// The rule of the pyramid `|xi|, |eta| <= 1 - zeta`, `0 <= zeta <= 1`: Gauss-Legendre across the
+    /// rays from the apex and Gauss-Jacobi along them. It is exact for polynomials of `degree`, and for
+    /// functions that are such polynomials of `xi / (1 - zeta)`, of `eta / (1 - zeta)` and of `zeta`.
+    pub fn pyramid(degree: usize) -> Self {
+        let base = Self::tensor(2, degree);
+        let heights = gauss_jacobi(degree / 2 + 1);
+        let mut rule = Self { points: Vec::new(), weights: Vec::new(), degree: base.degree };
+        for (height, upright) in heights {
+            for (point, weight) in base.points.iter().zip(&base.weights) {
+                let width = 1.0 - height;
+                rule.points.push([point[0] * width, point[1] * width, height]);
+                rule.weights.push(weight * upright);
+            }
+        }
+        rule
+    }
+
     /// The smallest available rule that integrates polynomials of `degree` exactly on the unit
     /// triangle (`dim` 2) or the unit tetrahedron (`dim` 3). It is symmetric if tabulated,
     /// otherwise a Gauss rule collapsed onto a corner.
@@ -221,6 +238,53 @@ fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     rule
 }
 
+/// Points and weights of the `n`-point rule on `[0, 1]` with the weight `(1 - x)^2`, ascending. It is exact
+/// for polynomials of degree `2 n - 1`.
+fn gauss_jacobi(n: usize) -> Vec<(f64, f64)> {
+    // Zeros of the Jacobi polynomials lie between those of the next lower degree.
+    let mut zeros: Vec<f64> = Vec::new();
+    for degree in 1..=n {
+        let mut ends = vec![-1.0];
+        ends.append(&mut zeros);
+        ends.push(1.0);
+        zeros = ends.windows(2).map(|ends| zero_between(|x| jacobi(degree, x), ends[0], ends[1])).collect();
+    }
+    // Weights are the integrals of the Lagrange polynomials.
+    let line = gauss_legendre(n + 2);
+    let weight = |i: usize| -> f64 {
+        let lagrange = |x: f64| {
+            let others = (0..n).filter(|&j| j != i);
+            others.map(|j| (x - zeros[j]) / (zeros[i] - zeros[j])).product::<f64>()
+        };
+        line.iter().map(|&(x, w)| w * (1.0 - x).powi(2) * lagrange(x)).sum::<f64>() / 8.0
+    };
+    (0..n).map(|i| (0.5 * (1.0 + zeros[i]), weight(i))).collect()
+}
+
+/// The zero of a function that changes its sign once between `low` and `high`, by bisection.
+fn zero_between(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let rises = function(high) > 0.0;
+    // Each step halves the interval; 60 of them reach the spacing of numbers.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if (function(middle) > 0.0) == rises { high = middle } else { low = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Jacobi polynomial of degree `n` for the weight `(1 - x)^2` on `[-1, 1]`.
+fn jacobi(n: usize, x: f64) -> f64 {
+    let (mut before, mut value) = (1.0, 1.0 + 2.0 * x);
+    for k in 2..=n {
+        let k = k as f64;
+        let next = ((2.0 * k + 1.0) * ((2.0 * k + 2.0) * 2.0 * k * x + 4.0) * value
+            - 2.0 * (k + 1.0) * (k - 1.0) * (2.0 * k + 2.0) * before)
+            / (2.0 * k * (k + 2.0) * 2.0 * k);
+        (before, value) = (value, next);
+    }
+    value
+}
+
 /// Legendre polynomial of degree `n` and its derivative, `|x| < 1`.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut before, mut value) = (1.0, x);
@@ -301,5 +365,26 @@ mod tests {
         };
         assert_eq!(counts(2, &[1, 2, 4, 5, 6]), [1, 3, 6, 7, 12]);
         assert_eq!(counts(3, &[1, 2, 5]), [1, 4, 14]);
+    }
+
+    /// Rules of the pyramid have positive weights, interior points, and the stated degree; that of one
+    /// point is at the centroid.
+    #[test]
+    fn pyramid_rules_are_exact_to_their_degree() {
+        let line = |p: usize| if p.is_multiple_of(2) { 2.0 / (p + 1) as f64 } else { 0.0 };
+        for degree in 0..=9 {
+            let rule = Rule::pyramid(degree);
+            assert!(rule.degree >= degree && rule.weights.iter().all(|&w| w > 0.0));
+            let inside = |p: &[f64; 3]| p[2] > 0.0 && p[0].abs().max(p[1].abs()) < 1.0 - p[2];
+            assert!(rule.points.iter().all(inside));
+            for e in monomials(rule.degree, rule.degree, 3) {
+                let (a, b, c) = (e[0], e[1], e[2]);
+                let beta = factorial(c) * factorial(a + b + 2) / factorial(a + b + c + 3);
+                let exact = line(a) * line(b) * beta;
+                assert!((integral(&rule, e) - exact).abs() < 1e-14, "{degree} {e:?}");
+            }
+        }
+        assert_eq!([1, 2, 4].map(|degree| Rule::pyramid(degree).len()), [1, 8, 27]);
+        assert!((Rule::pyramid(1).points[0][2] - 0.25).abs() < 1e-15);
     }
 }

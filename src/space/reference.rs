@@ -6,11 +6,12 @@ use std::sync::LazyLock;
 use super::layout::Layout;
 use super::quadrature::Rule;
 use super::shape::{Family, Product, functions};
-use super::{hexes, lines, quads, tets, triangles, wedges};
+use super::{hexes, lines, pyramids, quads, tets, triangles, wedges};
 use crate::mesh::ElementKind;
 
 /// An element on its reference domain: `[-1, 1]^d` (lines, quads, hexes), the unit simplex
-/// (triangles, tets), or the unit triangle times `[-1, 1]` (wedges).
+/// (triangles, tets), the unit triangle times `[-1, 1]` (wedges), or `|xi|, |eta| <= 1 - zeta` with
+/// `0 <= zeta <= 1` (pyramids).
 #[derive(Debug)]
 pub struct ReferenceElement {
     /// Kind of the element.
@@ -64,6 +65,7 @@ fn layout(kind: ElementKind) -> Layout {
         ElementKind::Hex20 => hexes::HEX20,
         ElementKind::Hex27 => hexes::HEX27,
         ElementKind::Wedge6 => wedges::WEDGE6,
+        ElementKind::Pyramid5 => pyramids::PYRAMID5,
     }
 }
 
@@ -102,6 +104,11 @@ impl ReferenceElement {
         layout(self.kind).family == Family::Wedge
     }
 
+    /// Whether the reference domain is a pyramid.
+    pub fn is_pyramid(&self) -> bool {
+        layout(self.kind).family == Family::Pyramid
+    }
+
     /// Reference coordinates of the nodes in VTK's order, unused ones zero.
     pub fn node_coordinates(&self) -> &'static [[f64; 3]] {
         self.coordinates
@@ -137,7 +144,7 @@ impl ReferenceElement {
     }
 
     /// Stiffness: full integration (quad4 2x2, hex8 2x2x2, quadratic ones 3 in each direction; tri3
-    /// and tet4 1, tri6 3, tet10 4, wedge6 6 points).
+    /// and tet4 1, tri6 3, tet10 4, wedge6 6, pyramid5 8 points).
     pub fn full_rule(&self) -> &Rule {
         &self.full
     }
@@ -187,6 +194,7 @@ fn rule(family: Family, dim: usize, degree: usize) -> Rule {
     match family {
         Family::Simplex(_) => Rule::simplex(dim, degree),
         Family::Wedge => Rule::wedge(degree),
+        Family::Pyramid => Rule::pyramid(degree),
         Family::Lagrange(_) | Family::Serendipity => Rule::tensor(dim, degree),
     }
 }

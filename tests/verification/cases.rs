@@ -210,7 +210,7 @@ impl<const D: usize> Case<D> {
         if self.lumped {
             model.bodies[0].mass = MassChoice::Lumped;
         }
-        model.bodies[0].damping = Some(RayleighFactors { mass: 0.7, stiffness: 0.02 });
+        model.bodies[0].materials[0].damping = Some(RayleighFactors { mass: 0.7, stiffness: 0.02 });
         let only = |axis: usize, text| std::array::from_fn(|i| if i == axis { text } else { "" });
         model.supports.push(support("block.top", only(D - 1, "-0.2 * t")));
         model.supports.push(support("block.right", only(0, "2 * t - 0.7")));

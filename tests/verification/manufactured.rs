@@ -37,7 +37,9 @@ pub fn plane_elements(session: &Rc<Session>) {
 }
 
 pub fn solid_elements(session: &Rc<Session>) {
-    const ROWS: [Row; 10] = [
+    const ROWS: [Row; 12] = [
+        (Solid::new(Pyramid5, NH), 4),
+        (Solid::new(Pyramid5, SVK).linear(), 4),
         (Solid::new(Wedge6, NH), 5),
         (Solid::new(Wedge6, SVK).linear(), 5),
         (Solid::new(Hex8, NH), 5),
@@ -64,7 +66,7 @@ fn bend<const D: usize>(point: &mut [f64; D]) {
 fn converges<const D: usize>(session: &Rc<Session>, (solid, cells): &Row) {
     let [coarse, fine] = [*cells, 2 * cells].map(|cells| error::<D>(session, solid, cells));
     let rate = (coarse / fine).log2();
-    let order = if matches!(solid.kind, Quad4 | Tri3 | Hex8 | Tet4 | Wedge6) { 2.0 } else { 3.0 };
+    let order = if matches!(solid.kind, Quad4 | Tri3 | Hex8 | Tet4 | Wedge6 | Pyramid5) { 2.0 } else { 3.0 };
     if session.rank() == 0 {
         let Solid { kind, law, kinematics, locking } = solid;
         println!("{kind} {law} {kinematics:?} {locking:?}: {coarse:.2e} {fine:.2e} rate {rate:.2}");
@@ -90,7 +92,7 @@ pub fn patches(session: &Rc<Session>) {
         patch::<2>(session, &Solid::new(kind, NH));
         patch::<2>(session, &Solid::new(kind, SVK));
     }
-    for kind in [Hex8, Hex20, Hex27, Tet4, Tet10, Wedge6] {
+    for kind in [Hex8, Hex20, Hex27, Tet4, Tet10, Wedge6, Pyramid5] {
         patch::<3>(session, &Solid::new(kind, NH));
     }
     for solid in [Solid::new(Quad4, SVK), Solid::new(Quad4, SVK).linear(), Solid::new(Quad4, NH)] {

@@ -366,6 +366,7 @@ fn abaqus_type(kind: ElementKind) -> Option<(&'static str, &'static [usize])> {
         ElementKind::Quad4 => ("CPE4", &[0, 1, 2, 3]),
         ElementKind::Quad8 => ("CPE8", &[0, 1, 2, 3]),
         ElementKind::Wedge6 => ("C3D6", &[0, 1, 2, 3, 4]),
+        ElementKind::Pyramid5 => ("C3D5", &[0, 1, 2, 3, 4]),
         ElementKind::Tet4 => ("C3D4", &[3, 0, 1, 2]),
         ElementKind::Tet10 => ("C3D10", &[3, 0, 1, 2]),
         ElementKind::Hex8 => ("C3D8", &[4, 5, 2, 1, 3, 0]),
@@ -458,8 +459,61 @@ fn wedges_beside_hexahedra(session: &Rc<Session>) {
             draft.elements.push((kind, nodes));
         }
     }
+    uniform_from_both_formats(session, &draft, "wedges beside hexahedra");
+}
+
+/// A block of hexahedra and tetrahedra with pyramids between them, with the inner nodes moved: the
+/// stress is uniform, and the force exact. From both formats of mesh files.
+fn pyramids_between_hexahedra_and_tetrahedra(session: &Rc<Session>) {
+    // Hexahedra below, cells of pyramids and tetrahedra above, whose upper half is cut along diagonals.
+    const CORNERS: [[f64; 3]; 8] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 1.0, 1.0],
+        [0.0, 1.0, 1.0],
+    ];
+    let mut draft = Draft::<3>::block(ElementKind::Hex8, [2; 3], [0.0; 3], [1.0; 3]);
+    draft.mutate(Jiggle, ElementKind::Hex8, &mut seeded(1));
+    let upper: Vec<bool> = (0..draft.elements.len()).map(|element| draft.centre(element)[2] > 0.5).collect();
+    let old = std::mem::take(&mut draft.elements);
+    for ((kind, nodes), upper) in old.into_iter().zip(upper) {
+        if !upper {
+            draft.elements.push((kind, nodes));
+            continue;
+        }
+        let centre = draft.points.len() as u32;
+        let mean = |k: usize| nodes.iter().map(|&node| draft.points[node as usize][k]).sum::<f64>() / 8.0;
+        let at = [mean(0), mean(1), mean(2)];
+        draft.points.push(at);
+        for side in ElementKind::Hex8.sides() {
+            // Seen from the centre.
+            let mut face: Vec<u32> = side.iter().rev().map(|&corner| nodes[usize::from(corner)]).collect();
+            let is_low = side.iter().all(|&corner| CORNERS[usize::from(corner)][2] == 0.0);
+            if is_low {
+                face.push(centre);
+                draft.elements.push((ElementKind::Pyramid5, face));
+                continue;
+            }
+            // The diagonal from the lowest number, which neighbours share.
+            let first = (0..4).min_by_key(|&k| face[k]).expect("a corner");
+            face.rotate_left(first);
+            draft.elements.push((ElementKind::Tet4, vec![face[0], face[1], face[2], centre]));
+            draft.elements.push((ElementKind::Tet4, vec![face[0], face[2], face[3], centre]));
+        }
+    }
+    let kinds = |kind| draft.elements.iter().filter(|(own, _)| *own == kind).count();
+    assert_eq!([ElementKind::Hex8, ElementKind::Pyramid5, ElementKind::Tet4].map(kinds), [4, 4, 40]);
+    uniform_from_both_formats(session, &draft, "pyramids between hexahedra and tetrahedra");
+}
+
+/// The mesh of both formats is the same, and gives the force of a uniform stretch.
+fn uniform_from_both_formats(session: &Rc<Session>, draft: &Draft<3>, what: &str) {
     let inp = draft.inp().expect("types of Abaqus");
-    reads_alike::<3>(&draft.msh(), &inp, "wedges beside hexahedra");
+    reads_alike::<3>(&draft.msh(), &inp, what);
     for (ending, text) in [("msh", draft.msh()), ("inp", inp)] {
         let path = path().with_extension(ending);
         if session.rank() == 0 {
@@ -517,6 +571,7 @@ pub fn all(session: &Rc<Session>) {
     }
     unchecked_meshes_are_wrong(session);
     wedges_beside_hexahedra(session);
+    pyramids_between_hexahedra_and_tetrahedra(session);
     if session.rank() == 0 {
         println!("{tally:?}");
         assert!(tally.refused > 50 && tally.exact > 15 && tally.balanced > 5, "{tally:?}");

@@ -63,9 +63,14 @@ impl Solid {
         };
         let block = Body {
             name: "block".to_owned(),
-            materials: vec![BodyMaterial { set: None, formulation, series: None, young_modulus: YOUNG }],
+            materials: vec![BodyMaterial {
+                set: None,
+                formulation,
+                damping: None,
+                series: None,
+                young_modulus: YOUNG,
+            }],
             mass: MassChoice::Consistent,
-            damping: None,
             initial_velocity: Vec::new(),
         };
         let bodies = vec![block];

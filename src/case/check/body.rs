@@ -1,6 +1,8 @@
 //! Checks of `bodies`.
 
-use super::super::{Body, BodySet, Boundary, BoxMesh, Locking, Merge, Mesh, Selection, Viscoelasticity};
+use super::super::{
+    Body, BodySet, Boundary, BoxMesh, Damping, Locking, Merge, Mesh, Selection, Viscoelasticity,
+};
 use super::Check;
 use crate::reader::at::At;
 
@@ -33,14 +35,8 @@ impl Check<'_> {
                 self.found.not_negative("the density", density.value, density.place);
             }
         }
-        if let Some(damping) = &body.damping {
-            damping.check(damping.place, &mut self.found);
-            let moves = !self.case.is_static();
-            self.found.require(moves, damping.place, "damping is not allowed with the static scheme");
-            if !moves {
-                self.found.cure("remove it, or use a dynamic scheme");
-            }
-        }
+        let of_regions = body.regions.values().filter_map(|region| region.damping.as_ref());
+        body.damping.iter().chain(of_regions).for_each(|damping| self.damping(damping));
         if let Some(velocity) = &body.initial_velocity {
             self.size("an initial velocity", velocity);
             for component in velocity.iter() {
@@ -55,7 +51,7 @@ impl Check<'_> {
                 "an initial velocity is not allowed with the static scheme",
             );
         }
-        let massless = body.density.is_some_and(|density| density.value == 0.0);
+        let massless = body.is_massless();
         if (self.case.is_static() || massless) && !self.is_held(name) {
             let why = if massless { "it has no mass" } else { "the static scheme has no inertia" };
             self.found
@@ -64,6 +60,15 @@ impl Check<'_> {
                 true => "add a displacement boundary, a foundation or a contact, or give it a density",
                 false => "add a displacement boundary, a foundation or a contact, or use a dynamic scheme",
             });
+        }
+    }
+
+    fn damping(&mut self, damping: &At<Damping>) {
+        damping.check(damping.place, &mut self.found);
+        let moves = !self.case.is_static();
+        self.found.require(moves, damping.place, "damping is not allowed with the static scheme");
+        if !moves {
+            self.found.cure("remove it, or use a dynamic scheme");
         }
     }
 

@@ -313,6 +313,7 @@ fn flat_surfaces_press_evenly() {
         ElementKind::Hex20,
         ElementKind::Hex27,
         ElementKind::Wedge6,
+        ElementKind::Pyramid5,
     ];
     for (upper, lower) in space.into_iter().flat_map(|a| space.map(move |b| (a, b))) {
         [0.0, 0.45].into_iter().for_each(|shift| presses_evenly::<3>(upper, lower, shift));

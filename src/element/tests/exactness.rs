@@ -200,7 +200,7 @@ fn the_default_cure_follows_poissons_ratio_and_element() {
         let material = Material::named("neo_hookean", 5e6, ratio).unwrap();
         for kind in ElementKind::SOLIDS {
             let simplex =
-                matches!(kind.corners(), 3) || matches!((kind.dimension(), kind.corners()), (3, 4 | 6));
+                matches!(kind.corners(), 3) || matches!((kind.dimension(), kind.corners()), (3, 4..=6));
             let chosen = Locking::default().on(kind, &material.moduli());
             let expected = if cures && !simplex { Locking::SelectiveReduced } else { Locking::None };
             assert_eq!(chosen, expected, "{kind} at {ratio}");

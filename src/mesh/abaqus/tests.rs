@@ -195,6 +195,9 @@ fn node_orders_and_face_numbers_of_all_types() {
     let wedge = [CUBE[0], CUBE[1], CUBE[3], CUBE[4], CUBE[5], CUBE[7]];
     let wedge_faces: [&[usize]; 5] = [&[1, 2, 3], &[4, 6, 5], &[1, 4, 5, 2], &[2, 5, 6, 3], &[3, 6, 4, 1]];
     check_single::<3>("C3D6H", Wedge6, &wedge, &[], &wedge_faces);
+    let pyramid = [CUBE[0], CUBE[1], CUBE[2], CUBE[3], CUBE[4]];
+    let pyramid_faces: [&[usize]; 5] = [&[1, 2, 3, 4], &[1, 5, 2], &[2, 5, 3], &[3, 5, 4], &[4, 5, 1]];
+    check_single::<3>("C3D5H", Pyramid5, &pyramid, &[], &pyramid_faces);
     check_single::<3>("C3D8R", Hex8, &CUBE, &[], &HEX_FACES);
     check_single::<3>("C3D20", Hex20, &CUBE, &HEX_EDGES, &HEX_FACES);
     check_single::<3>("C3D20RH", Hex20, &CUBE, &HEX_EDGES, &HEX_FACES);
@@ -367,6 +370,7 @@ fn defects_are_refused_with_their_line() {
         ("type=CPE4,", "type=CPE5,", "line 16: *ELEMENT: unknown type CPE5"),
         ("type=CPE4,", "type=C3D8,", "line 16: *ELEMENT: the elements of type C3D8 are solid"),
         ("type=CPE4,", "type=C3D15,", "unknown type C3D15 (a wedge of second order)"),
+        ("type=CPE4,", "type=C3D13,", "unknown type C3D13 (a pyramid of second order)"),
         ("type=CPE4,", "type=,", "line 16: *ELEMENT: the type of the elements is missing"),
         ("type=CPE4, elset=right", "type=CPE4, elset=", "line 16: *ELEMENT has no name: ELSET"),
         (" 13, 1.5, 0.6", " 13, 1.5, nan", "line 10: node 13: y is 'nan', not a finite number"),

@@ -18,12 +18,13 @@ pub(super) enum Class {
 }
 
 /// Types of solid elements and their kinds. Nodes are in the same order.
-const SOLIDS: [(&str, ElementKind); 9] = [
+const SOLIDS: [(&str, ElementKind); 10] = [
     ("CPE3", Tri3),
     ("CPE4", Quad4),
     ("CPE6", Tri6),
     ("CPE8", Quad8),
     ("C3D4", Tet4),
+    ("C3D5", Pyramid5),
     ("C3D6", Wedge6),
     ("C3D8", Hex8),
     ("C3D10", Tet10),
@@ -49,7 +50,7 @@ pub(super) fn classify(name: &str) -> Class {
         _ if begins(&["CPEG"]) => Class::Plane("generalised plane strain"),
         _ if begins(&["CAX", "CGAX"]) => Class::Plane("axisymmetric"),
         _ if begins(&["C3D"]) && nodes == "15" => Class::Unknown(" (a wedge of second order)"),
-        _ if begins(&["C3D"]) && matches!(nodes, "5" | "13") => Class::Unknown(" (a pyramid)"),
+        _ if begins(&["C3D"]) && nodes == "13" => Class::Unknown(" (a pyramid of second order)"),
         _ if begins(&["C3D", "CPE", "CCL", "CSS", "SC6", "SC8", "DC", "AC", "F3D", "F2D"]) => {
             Class::Unknown("")
         }
@@ -67,7 +68,7 @@ pub(super) fn side(kind: ElementKind, face: usize) -> Option<u8> {
     let sides: &[u8] = match kind {
         Tri3 | Tri6 => &[0, 1, 2],
         Quad4 | Quad8 | Quad9 => &[0, 1, 2, 3],
-        Wedge6 => &[0, 1, 2, 3, 4],
+        Wedge6 | Pyramid5 => &[0, 1, 2, 3, 4],
         Tet4 | Tet10 => &[3, 0, 1, 2],
         Hex8 | Hex20 | Hex27 => &[4, 5, 2, 1, 3, 0],
         Line2 | Line3 => &[],

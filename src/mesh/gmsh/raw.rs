@@ -144,7 +144,7 @@ pub(super) fn kind_of(
     }
     let name = match code {
         13 | 18 => " (a prism of second order)",
-        7 | 14 | 19 => " (a pyramid)",
+        14 | 19 => " (a pyramid of second order)",
         20..=25 => " (a triangle of third or higher order)",
         26..=28 => " (a line of third or higher order)",
         29..=31 => " (a tetrahedron of third or higher order)",

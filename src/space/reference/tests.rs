@@ -24,6 +24,7 @@ fn contained(element: &ReferenceElement) -> Vec<[i32; 3]> {
         // The product of the two coordinates of the triangle is taken out below.
         Family::Wedge => (2, 1),
         Family::Serendipity => (2, 2),
+        Family::Pyramid => (1, 1),
     };
     let top = |k: usize| if k < element.dim { each } else { 0 };
     let mut all = Vec::new();
@@ -126,6 +127,7 @@ fn weights_are_positive_and_sum_to_the_volume() {
         let volume = match simplex {
             true => [0.5, 1.0 / 6.0][element.dim - 2],
             false if element.is_wedge() => 1.0,
+            false if element.is_pyramid() => 4.0 / 3.0,
             false => f64::powi(2.0, element.dim as i32),
         };
         let rules = [&element.full, &element.reduced, &element.mass, &element.gauss_contact];
@@ -162,6 +164,7 @@ fn rules_have_their_points() {
     assert_eq!(counts(Hex20), [27, 1, 27, 27]);
     assert_eq!(counts(Hex27), [27, 1, 27, 27]);
     assert_eq!(counts(Wedge6), [6, 1, 6, 6]);
+    assert_eq!(counts(Pyramid5), [8, 1, 8, 8]);
 }
 
 /// The mass rule integrates all products of shape functions exactly: a much finer rule gives the
@@ -198,6 +201,7 @@ fn nodal_rules_sit_on_the_nodes() {
     close(Tri3, &[1.0 / 6.0; 3]);
     close(Quad4, &[1.0; 4]);
     close(Quad9, &[1.0, 1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 4.0, 16.0].map(|w: f64| w / 9.0));
+    close(Pyramid5, &[0.25, 0.25, 0.25, 0.25, 1.0 / 3.0]);
     for kind in [Tri6, Quad8, Tet10, Hex20] {
         assert_eq!(weights(kind), None, "{kind:?}");
     }
@@ -213,4 +217,21 @@ fn nodal_rules_sit_on_the_nodes() {
         let exact = integral(&Rule { degree: rule.degree, ..finer });
         assert!((integral(rule) - exact).abs() < 1e-14, "{:?}", element.kind);
     }
+}
+
+/// Gradients of a pyramid are constant along the rays from its apex, also at the apex from the axis: one
+/// value of the strain belongs to each ray.
+#[test]
+fn gradients_of_a_pyramid_are_constant_along_rays() {
+    let element = reference(ElementKind::Pyramid5);
+    let mut below = vec![0.0; 15];
+    let mut above = vec![0.0; 15];
+    for (u, v) in [(0.0, 0.0), (0.3, -0.8), (-1.0, 1.0)] {
+        element.gradient(&[u, v, 0.0], &mut below);
+        element.gradient(&[0.001 * u, 0.001 * v, 0.999], &mut above);
+        assert!(below.iter().zip(&above).all(|(a, b)| (a - b).abs() < 1e-12), "{u} {v}");
+    }
+    element.gradient(&[0.0; 3], &mut below);
+    element.gradient(&[0.0, 0.0, 1.0], &mut above);
+    assert_eq!(below, above);
 }

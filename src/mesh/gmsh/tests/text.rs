@@ -63,7 +63,11 @@ fn broken_meshes_are_refused_with_place_and_reason() {
         ("6\n1 0 0 0", "99999999999\n1 0 0 0", "line 11: 99999999999 nodes are declared, but only"),
         ("4\n1 15", "18446744073709551615\n1 15", "line 20: 18446744073709551615 elements are declared"),
         ("3 3 2 3 1 1", "3 3 999999999 3 1 1", "line 23: 999999999 tags are declared"),
-        ("4 3 2 3 1 2 3 6 5", "4 7 2 3 1 2 3 6 5", "line 24: element 4: unknown type 7 (a pyramid)"),
+        (
+            "4 3 2 3 1 2 3 6 5",
+            "4 14 2 3 1 2 3 6 5",
+            "line 24: element 4: unknown type 14 (a pyramid of second order)",
+        ),
         ("4 3 2 3 1 2 3 6 5", "4 26 2 3 1 2 3 6 5", "unknown type 26 (a line of third or higher order)"),
         (
             "4 3 2 3 1 2 3 6 5",
