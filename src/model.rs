@@ -482,6 +482,8 @@ pub struct LineModel<const D: usize> {
     pub count: u32,
     /// Body to which the search is limited.
     pub body: Option<usize>,
+    /// Whether stresses are reported.
+    pub stresses: bool,
 }
 
 impl<const D: usize> LineModel<D> {

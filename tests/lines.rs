@@ -1,8 +1,10 @@
-//! Fields along segments: a linear displacement is exact, on any number of ranks and after a restart.
+//! Fields along segments: a linear displacement and its stress are exact, on any number of ranks and after
+//! a restart.
 
 mod common;
 
-use common::{Folder, Results, assert_says, run};
+use common::{Folder, Results, assert_says, near, run};
+use nalgebra::{Matrix3, matrix};
 
 /// A body with a linear displacement that grows with time, and two segments through it.
 fn stretched(element: &str) -> String {
@@ -50,6 +52,55 @@ fn a_linear_displacement_is_exact_along_lines() {
             let other = Results::of(&stretched(element), ranks);
             let other = std::fs::read_to_string(other.0.join("out/lines.csv")).expect("a table");
             assert_eq!(text, other, "{element} on {ranks} ranks");
+        }
+    }
+}
+
+/// Cauchy stress of the Saint Venant-Kirchhoff law (2.18) in the body of [`stretched`] at a time \[Pa\].
+fn stress_at(time: f64, young: f64) -> Matrix3<f64> {
+    let gradient = matrix![0.1, 0.02, 0.0; 0.0, -0.03, 0.0; 0.05, 0.0, 0.0] * time;
+    let (mu, lambda) = (young / 2.6, young * 0.3 / (1.3 * 0.4));
+    let f = Matrix3::identity() + gradient;
+    let strain = (f.transpose() * f - Matrix3::identity()) * 0.5;
+    let second_piola = Matrix3::identity() * (lambda * strain.trace()) + strain * (2.0 * mu);
+    f * second_piola * f.transpose() / f.determinant()
+}
+
+/// The stress of a linear displacement is reproduced in each of two materials, also next to and on their
+/// interface. A segment that does not ask for stresses has empty fields.
+#[test]
+fn stresses_along_lines_are_those_of_the_material() {
+    let law = |young: &str| {
+        format!("material: {{ saint_venant_kirchhoff: {{ young_modulus: {young}, poisson_ratio: 0.3 }} }}")
+    };
+    let regions = format!(
+        "sets: {{ hard: {{ of: elements, where: 'x > 0.6' }} }}\n    regions: {{ hard: {{ {} }} }}\n    {}",
+        law("5.0e6"),
+        law("1.0e6")
+    );
+    for element in ["hex8", "hex20", "tet10", "pyramid5"] {
+        let text = stretched(element)
+            .replace(&law("1.0e6"), &regions)
+            .replace("points: 8", "points: 8, stresses: true");
+        assert!(text.contains("hard"), "{text}");
+        for ranks in 1..=4 {
+            let lines = Results::of(&text, ranks).table("lines.csv");
+            let cut = lines.only("line", "cut");
+            let [time, x] = ["time", "reference_x"].map(|name| cut.numbers(name));
+            let names = [("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1), ("yz", 1, 2), ("xz", 0, 2)];
+            for (name, i, j) in names {
+                let young = |x: f64| if x > 0.667 { 5.0e6 } else { 1.0e6 };
+                let known = time.iter().zip(&x).map(|(&time, &x)| stress_at(time, young(x))[(i, j)]);
+                let known: Vec<f64> = known.collect();
+                near(&cut.numbers(&format!("stress_{name}")), &known, 1e-11);
+            }
+            let von_mises = |time: f64| {
+                let stress = stress_at(time, 1.0e6);
+                let deviator = stress - Matrix3::identity() * (stress.trace() / 3.0);
+                (1.5 * deviator.norm_squared()).sqrt()
+            };
+            near(&[cut.numbers("von_mises")[4 * 8]], &[von_mises(1.0)], 1e-11);
+            assert!(lines.only("line", "edge").texts("stress_xx").iter().all(|text| text.is_empty()));
         }
     }
 }

@@ -15,7 +15,7 @@ pub struct Output {
     pub fields: Fields,
     /// Material points whose history is written, by name.
     pub probes: Named<Probe>,
-    /// Segments along which `lines.csv` has displacement and velocity at equal distances, by name.
+    /// Segments along which `lines.csv` has displacement, velocity and stress at equal distances, by name.
     #[serde(skip_serializing_if = "Named::is_empty")]
     pub lines: Named<Line>,
     /// Quantities derived from columns of the tables, by name, which `derived.csv` gets. An expression
@@ -94,6 +94,10 @@ pub struct Line {
     /// Body that contains the points, if bodies meet there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on: Option<At<String>>,
+    /// Whether the rows have the Cauchy stress as well. It is evaluated in all elements at each step, which
+    /// costs about as much as one evaluation of the forces.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub stresses: bool,
 }
 
 /// A material point whose history is written.

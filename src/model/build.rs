@@ -58,7 +58,13 @@ impl<const D: usize> Model<D> {
         for (name, line) in case.output.lines.iter() {
             let body = line.on.as_ref().map(|on| body_index(&model.bodies, on)).transpose()?;
             let ends = [lengths(&line.from), lengths(&line.to)];
-            model.lines.push(LineModel { name: name.value.clone(), ends, count: line.points.value, body });
+            model.lines.push(LineModel {
+                name: name.value.clone(),
+                ends,
+                count: line.points.value,
+                body,
+                stresses: line.stresses,
+            });
         }
         Ok(model)
     }

@@ -85,7 +85,13 @@ fn points_outside<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
         let body =
             line.on.as_ref().and_then(|on| case.bodies.iter().position(|(name, _)| name.value == on.value));
         let ends = [lengths(&line.from), lengths(&line.to)];
-        let model = LineModel::<D> { name: name.value.clone(), ends, count: line.points.value, body };
+        let model = LineModel::<D> {
+            name: name.value.clone(),
+            ends,
+            count: line.points.value,
+            body,
+            stresses: line.stresses,
+        };
         let of_body =
             |&element: &u32| body.is_none_or(|body| usize::from(mesh.body[element as usize]) == body);
         let inside = |point: &[f64; D]| {

@@ -1,6 +1,7 @@
 //! Fields of `fields.pvd` and `contact.pvd`. One entry of a table is one field.
 
 use super::nodal::{NodalMean, NodalSums, NodalValue};
+use super::nodal_stress::NodalStress;
 use super::quantity::{Components, Quantity};
 use crate::assembly::ContactSystem;
 use crate::contact::point::Status;
@@ -367,70 +368,26 @@ pub fn body_fields<const D: usize>(
         values: FieldValues::Numbers(values),
     }));
     if let Some(nodes) = at_nodes {
-        fields.extend(nodes.fields()?);
+        fields.extend(of_nodal_stress(nodes)?);
     }
     Ok(fields)
 }
 
-/// Averages of the stress at nodes, weighted by the volume of the elements around them.
-///
-/// Every element extrapolates its points to its nodes by a linear fit. An element enters on the rank to
-/// which it belongs. Each material has its own average, because some components of the stress jump at an
-/// interface. Bodies share no nodes, so that nothing is averaged across them.
-struct NodalStress {
-    /// For each node and each material of a body six sums and the volume.
-    sums: Vector,
-    layers: usize,
-}
-
-impl NodalStress {
-    const WIDTH: usize = 7;
-
-    fn new<const D: usize>(system: &ContactSystem<D>) -> Result<Self> {
-        let index = &system.bodies().local().index;
-        let layers = system.bodies().materials().most();
-        let sums = Vector::ghosted(system.session(), index.owned, Self::WIDTH * layers, &index.ghosts)?;
-        Ok(Self { sums, layers })
-    }
-
-    fn add<const D: usize>(&mut self, system: &ContactSystem<D>, element: usize, stress: &ElementStress) {
-        let local = system.bodies().local();
-        if !local.mine[element] {
-            return;
-        }
-        let layer = system.bodies().materials().within(element);
-        let mut sums = self.sums.local_mut();
-        for (&node, state) in local.mesh.element_nodes(element).iter().zip(&stress.nodes) {
-            let place = node as usize * self.layers + layer;
-            let row = &mut sums[place * Self::WIDTH..][..Self::WIDTH];
-            let parts = state.cauchy.0.iter().chain([&1.0]);
-            row.iter_mut().zip(parts).for_each(|(sum, value)| *sum += stress.volume * value);
-        }
-    }
-
-    /// The fields at the local nodes, including ghosts. Collective.
-    fn fields(mut self) -> Result<Vec<Field>> {
-        self.sums.add_ghosts_to_owners()?;
-        self.sums.update_ghosts()?;
-        let mean = |row: &[f64]| {
-            let volume = row[Self::WIDTH - 1];
-            // Nodes of free rigid bodies belong to no element, and most nodes to one material.
-            Cauchy(std::array::from_fn(|i| if volume > 0.0 { row[i] / volume } else { 0.0 }))
+/// Fields of the stress at the local nodes, including ghosts. Collective.
+fn of_nodal_stress(stress: NodalStress) -> Result<Vec<Field>> {
+    let means = stress.means()?;
+    let field = |field: &NodalStressField| {
+        let numbers = match field.value {
+            NodalStressValue::Number(value) => means.iter().map(value).collect(),
+            NodalStressValue::Tensor => means.iter().flat_map(|mean| mean.0).collect(),
         };
-        let means: Vec<Cauchy> = self.sums.local().chunks_exact(Self::WIDTH).map(mean).collect();
-        let field = |field: &NodalStressField| {
-            let numbers = match field.value {
-                NodalStressValue::Number(value) => means.iter().map(value).collect(),
-                NodalStressValue::Tensor => means.iter().flat_map(|mean| mean.0).collect(),
-            };
-            Field {
-                quantity: field.quantity,
-                location: Location::NodesByMaterial,
-                values: FieldValues::Numbers(numbers),
-            }
-        };
-        Ok(NODAL_STRESS_FIELDS.iter().map(field).collect())
-    }
+        Field {
+            quantity: field.quantity,
+            location: Location::NodesByMaterial,
+            values: FieldValues::Numbers(numbers),
+        }
+    };
+    Ok(NODAL_STRESS_FIELDS.iter().map(field).collect())
 }
 
 fn of_unknowns(field: &NodeField, stage: &Stage) -> Field {

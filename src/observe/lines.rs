@@ -1,12 +1,14 @@
-//! `lines.csv`: displacement and velocity at points of segments. One entry of [`LINE_COLUMNS`] is one
+//! `lines.csv`: displacement, velocity and stress at points of segments. One entry of [`LINE_COLUMNS`] is one
 //! column.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::nodal_stress::NodalStress;
 use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
 use crate::dynamics::Stage;
+use crate::element::Cauchy;
 use crate::error::{Error, Result};
 use crate::model::LineModel;
 use crate::petsc::sum_over_ranks;
@@ -44,6 +46,38 @@ pub const LINE_COLUMNS: &[Column<LinePoint>] = &[
         quantity: Quantity::vector("v", "m/s", "velocity; in statics the rate of the displacement"),
         value: Value::Vector(|point| point.v),
     },
+    Column {
+        quantity: Quantity::number(
+            "stress_xx",
+            "Pa",
+            "Cauchy stress, as `nodal_stress` of the fields; empty without `stresses: true`",
+        ),
+        value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[0])),
+    },
+    Column {
+        quantity: Quantity::number("stress_yy", "Pa", "Cauchy stress"),
+        value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[1])),
+    },
+    Column {
+        quantity: Quantity::number("stress_zz", "Pa", "Cauchy stress; in plane strain that out of the plane"),
+        value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[2])),
+    },
+    Column {
+        quantity: Quantity::number("stress_xy", "Pa", "Cauchy stress"),
+        value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[3])),
+    },
+    Column {
+        quantity: Quantity::number("stress_yz", "Pa", "Cauchy stress; 0 in plane strain"),
+        value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[4])),
+    },
+    Column {
+        quantity: Quantity::number("stress_xz", "Pa", "Cauchy stress; 0 in plane strain"),
+        value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[5])),
+    },
+    Column {
+        quantity: Quantity::number("von_mises", "Pa", "von Mises stress of this tensor"),
+        value: Value::Optional(|point| point.stress.as_ref().map(Cauchy::von_mises)),
+    },
 ];
 
 /// Values at a point of a segment, the same on all ranks.
@@ -61,6 +95,8 @@ pub struct LinePoint {
     pub u: [f64; 3],
     /// Velocity \[m/s\].
     pub v: [f64; 3],
+    /// Cauchy stress \[Pa\]; `None` if the segment asks for no stresses.
+    pub stress: Option<Cauchy>,
 }
 
 /// A point of a segment, and the nodes that it is interpolated from.
@@ -72,6 +108,10 @@ pub struct WatchedPoint {
     at: [f64; 3],
     /// Local nodes with the values of their shape functions; empty on ranks that do not report it.
     nodes: Vec<(u32, f64)>,
+    /// Whether its stress is reported.
+    stresses: bool,
+    /// Material of the element within its body.
+    material: usize,
 }
 
 /// Finds the elements that contain the points of the segments: of several, the one with the lowest
@@ -100,8 +140,10 @@ pub fn locate_lines<const D: usize>(
             if chosen == u32::MAX {
                 return Err(Error::case(format!("line '{}': point {number} is in no element", line.name)));
             }
-            let nodes =
-                found.filter(|_| mine == chosen).map_or_else(Vec::new, |found| weights(system, &found));
+            let found = found.filter(|_| mine == chosen);
+            let nodes = found.map_or_else(Vec::new, |found| weights(system, &found));
+            let material =
+                found.map_or(0, |found| system.bodies().materials().within(found.element as usize));
             let distance = line.distance(number);
             watched.push(WatchedPoint {
                 name: line.name.clone(),
@@ -109,6 +151,8 @@ pub fn locate_lines<const D: usize>(
                 distance,
                 at: in_space(&point),
                 nodes,
+                stresses: line.stresses,
+                material,
             });
         }
     }
@@ -125,14 +169,28 @@ fn weights<const D: usize>(system: &ContactSystem<D>, found: &Located) -> Vec<(u
 }
 
 /// Values of all points at the trial state, the same on all ranks. Collective.
+///
+/// # Errors
+/// If a PETSc call fails.
 pub fn report<const D: usize>(
     system: &ContactSystem<D>,
     watched: &[WatchedPoint],
     stage: &Stage,
-) -> Vec<LinePoint> {
+) -> Result<Vec<LinePoint>> {
     if watched.is_empty() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
+    let materials = system.bodies().materials().most();
+    let wants_stress = watched.iter().any(|point| point.stresses);
+    let stresses = if wants_stress { NodalStress::of_state(system, stage)? } else { Vec::new() };
+    let stress = |point: &WatchedPoint| {
+        let mut sum = [0.0; 6];
+        for &(node, weight) in &point.nodes {
+            let own = &stresses[node as usize * materials + point.material].0;
+            sum.iter_mut().zip(own).for_each(|(sum, value)| *sum += weight * value);
+        }
+        Cauchy(sum)
+    };
     let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
     let at = |point: &WatchedPoint, field: &[f64]| {
         let mut sum = [0.0; 3];
@@ -148,9 +206,13 @@ pub fn report<const D: usize>(
         at: point.at,
         u: at(point, &u),
         v: at(point, &v),
+        stress: point.stresses.then(|| stress(point)),
     };
     let mut points: Vec<LinePoint> = watched.iter().map(value).collect();
-    let sums = points.iter_mut().flat_map(|point| point.u.iter_mut().chain(&mut point.v));
+    let sums = points.iter_mut().flat_map(|point| {
+        let stress = point.stress.iter_mut().flat_map(|stress| &mut stress.0);
+        point.u.iter_mut().chain(&mut point.v).chain(stress)
+    });
     sum_over_ranks(system.session().world(), sums);
-    points
+    Ok(points)
 }

@@ -27,6 +27,7 @@ pub mod energy;
 pub mod fields;
 pub mod lines;
 pub mod nodal;
+mod nodal_stress;
 pub mod probes;
 pub mod quantity;
 pub mod reactions;

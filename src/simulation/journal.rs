@@ -299,7 +299,7 @@ impl<const D: usize> Journal<D> {
         dt: f64,
     ) -> Result<()> {
         let points = probes::report(system, &self.watched, stage)?;
-        let along = lines::report(system, &self.line_points, stage);
+        let along = lines::report(system, &self.line_points, stage)?;
         let contacts = contact::reports(system, stage, ledger.contacts());
         for (penetration, report) in self.record.penetrations.iter_mut().zip(&contacts) {
             let number = |column: ContactColumn<D>| report.number(&column);
