@@ -5,7 +5,7 @@ use super::{LineModel, lengths};
 use crate::case::{Action, At, Case, Varying};
 use crate::error::Error;
 use crate::mesh::Mesh;
-use crate::space::locate;
+use crate::space::ElementTree;
 use crate::tensor::Vector;
 
 /// Returns an error for each prescribed displacement and initial velocity that is not finite at a
@@ -78,6 +78,10 @@ fn far_probes<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
 /// them.
 fn points_outside<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let mut faults = Vec::new();
+    if case.output.lines.names().next().is_none() {
+        return faults;
+    }
+    let tree = ElementTree::new(mesh, (0..mesh.element_count() as u32).collect());
     for (name, line) in case.output.lines.iter() {
         if line.from.len() != D || line.to.len() != D {
             continue;
@@ -92,14 +96,10 @@ fn points_outside<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
             body,
             stresses: line.stresses,
         };
-        let of_body =
-            |&element: &u32| body.is_none_or(|body| usize::from(mesh.body[element as usize]) == body);
-        let inside = |point: &[f64; D]| {
-            locate(mesh, (0..mesh.element_count() as u32).filter(of_body), point).is_some()
-        };
+        let of_body = |element: u32| body.is_none_or(|body| usize::from(mesh.body[element as usize]) == body);
         let outside: Vec<String> = (1..)
             .zip(model.points())
-            .filter(|(_, point)| !inside(point))
+            .filter(|(_, point)| tree.locate(of_body, point).is_none())
             .map(|(number, point)| format!("{number} at [{}]", point.map(|x| x.to_string()).join(", ")))
             .collect();
         if outside.is_empty() {

@@ -12,7 +12,7 @@ use crate::element::Cauchy;
 use crate::error::{Error, Result};
 use crate::model::LineModel;
 use crate::petsc::sum_over_ranks;
-use crate::space::{Located, locate, reference};
+use crate::space::{ElementTree, Located, reference};
 use crate::tensor::in_space;
 
 /// The table of all segments.
@@ -123,17 +123,21 @@ pub fn locate_lines<const D: usize>(
     system: &ContactSystem<D>,
     lines: &[LineModel<D>],
 ) -> Result<Vec<WatchedPoint>> {
+    if lines.is_empty() {
+        return Ok(Vec::new());
+    }
     let local = system.bodies().local();
     let mut elements: Vec<u32> = (0..local.mesh.element_count() as u32).collect();
     elements.retain(|&element| local.mine[element as usize]);
     elements.sort_unstable_by_key(|&element| local.input_element[element as usize]);
+    let tree = ElementTree::new(&local.mesh, elements);
     let mut watched = Vec::new();
     for line in lines {
-        let of_body = |element: &u32| {
-            line.body.is_none_or(|body| usize::from(local.mesh.body[*element as usize]) == body)
+        let of_body = |element: u32| {
+            line.body.is_none_or(|body| usize::from(local.mesh.body[element as usize]) == body)
         };
         for (number, point) in (1..).zip(line.points()) {
-            let found = locate(&local.mesh, elements.iter().copied().filter(of_body), &point);
+            let found = tree.locate(of_body, &point);
             let mine = found.map_or(u32::MAX, |found| local.input_element[found.element as usize]);
             let mut chosen = 0;
             system.session().world().all_reduce_into(&mine, &mut chosen, SystemOperation::min());

@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::reference::{ReferenceElement, reference};
-use crate::mesh::Mesh;
+use crate::mesh::{Bounds, BoundsTree, Mesh};
 
 /// A node near a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +62,31 @@ pub fn locate<const D: usize>(
     })
 }
 
+/// Elements in a tree of boxes, to locate many points among them.
+#[derive(Debug)]
+pub struct ElementTree<'a, const D: usize> {
+    mesh: &'a Mesh<D>,
+    elements: Vec<u32>,
+    tree: BoundsTree<D>,
+}
+
+impl<'a, const D: usize> ElementTree<'a, D> {
+    /// A tree of these elements.
+    pub fn new(mesh: &'a Mesh<D>, elements: Vec<u32>) -> Self {
+        let boxes: Vec<Bounds<D>> = elements.iter().map(|&element| reach(mesh, element)).collect();
+        Self { mesh, elements, tree: BoundsTree::new(&boxes) }
+    }
+
+    /// The first of those elements that are `allowed` and contain `point` \[m\]; `None` if none of them
+    /// contains it.
+    pub fn locate(&self, allowed: impl Fn(u32) -> bool, point: &[f64; D]) -> Option<Located> {
+        let mut found: Vec<u32> = self.tree.meeting(&Bounds { low: *point, high: *point }).collect();
+        found.sort_unstable();
+        let elements = found.into_iter().map(|number| self.elements[number as usize]);
+        locate(self.mesh, elements.filter(|&element| allowed(element)), point)
+    }
+}
+
 /// Reference coordinates of `point` \[m\] in an element, also for a point outside; `None` if
 /// Newton's method fails.
 pub fn pull_back<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> Option<[f64; 3]> {
@@ -89,16 +114,20 @@ pub fn pull_back<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D])
     None
 }
 
-/// Whether the point lies in the box around the nodes, extended by half its size because curved
-/// sides may bulge.
+/// Whether the point may lie in the element.
 fn near<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> bool {
+    reach(mesh, element).meets(&Bounds { low: *point, high: *point })
+}
+
+/// The box around the nodes of an element, extended by half its size because curved sides may bulge.
+fn reach<const D: usize>(mesh: &Mesh<D>, element: u32) -> Bounds<D> {
     let nodes = mesh.element_nodes(element as usize);
-    (0..D).all(|k| {
-        let range = nodes.iter().map(|&node| mesh.points[node as usize][k]);
-        let (low, high) = range.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
-        let margin = 0.5 * (high - low);
-        (low - margin..=high + margin).contains(&point[k])
-    })
+    let nodal = Bounds::of(nodes.iter().map(|&node| mesh.points[node as usize]));
+    let margin = |k: usize| 0.5 * (nodal.high[k] - nodal.low[k]);
+    Bounds {
+        low: std::array::from_fn(|k| nodal.low[k] - margin(k)),
+        high: std::array::from_fn(|k| nodal.high[k] + margin(k)),
+    }
 }
 
 impl ReferenceElement {
@@ -123,7 +152,7 @@ impl ReferenceElement {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::ElementKind;
+    use crate::mesh::{BoxShape, ElementKind};
 
     /// One element on its reference domain, sheared and bent.
     fn single<const D: usize>(kind: ElementKind) -> Mesh<D> {
@@ -177,6 +206,27 @@ mod tests {
         }
         let beyond: [f64; 3] = std::array::from_fn(|k| apex[k] + 1e-3 * (apex[k] - mesh.points[0][k]));
         assert_eq!(locate(&mesh, [0], &beyond), None);
+    }
+
+    /// A tree finds the element that a search of all elements finds, of neighbours the first in the
+    /// given order, and only allowed ones.
+    #[test]
+    fn a_tree_finds_what_a_search_of_all_finds() {
+        let shape =
+            BoxShape { min: [0.0; 3], max: [1.0, 2.0, 1.5], cells: [3, 4, 2], element: ElementKind::Tet10 };
+        let mesh = shape.mesh().expect("a box");
+        let elements: Vec<u32> = (0..mesh.element_count() as u32).rev().collect();
+        let tree = ElementTree::new(&mesh, elements.clone());
+        let even = |element: u32| element.is_multiple_of(2);
+        for k in 0..=24 {
+            let part = f64::from(k) / 20.0;
+            let point = [part, 2.0 * part, 1.5 * part];
+            let known = locate(&mesh, elements.iter().copied(), &point);
+            assert_eq!(known.is_some(), k <= 20);
+            assert_eq!(tree.locate(|_| true, &point), known);
+            let known = locate(&mesh, elements.iter().copied().filter(|&element| even(element)), &point);
+            assert_eq!(tree.locate(even, &point), known);
+        }
     }
 
     /// The nearest node is found: the first of equally near ones, `None` without candidates.

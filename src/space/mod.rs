@@ -24,6 +24,6 @@ mod wedges;
 pub use dofs::{Boundary, DofMap, Prescribed, PrescribedFields, PrescribedMotion};
 pub use facet::{Tangents, area_variation, facet_normal, facet_tangents};
 pub use held::Held;
-pub use locate::{Located, Nearest, locate, nearest_node, pull_back};
+pub use locate::{ElementTree, Located, Nearest, locate, nearest_node, pull_back};
 pub use quadrature::Rule;
 pub use reference::{ReferenceElement, ShapeTable, reference};
