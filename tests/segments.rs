@@ -677,6 +677,34 @@ fn a_tube_closes_at_the_pressure_of_the_elastica() {
     assert!(differ < 1e-6, "forces differ by {differ} N");
 }
 
+/// In space a slice of the tube between two fixed planes folds onto itself as in the plane. It has
+/// three skewed layers of elements, so that its facets meet others that do not match. Per width its
+/// force is that of the plane tube to 1e-5.
+#[test]
+fn a_slice_of_the_tube_folds_as_in_the_plane() {
+    const WIDTH: f64 = 0.15;
+    let shorter = (
+        "time: { end: 1, scheme: { static: { increments: 48 } } }",
+        "time: { end: 0.75, scheme: { static: { increments: 36 } } }",
+    );
+    let plane = shipped("tube/case.yml", &[shorter]);
+    let slice = plane
+        .replace("dimension: 2", "dimension: 3")
+        .replace("min: [0.99, -1.5707963267948966]", "min: [0.99, -1.5707963267948966, 0]")
+        .replace("max: [1.01, 1.5707963267948966]", "max: [1.01, 1.5707963267948966, 0.15]")
+        .replace("cells: [1, 80]", "cells: [1, 80, 3]")
+        .replace("element: quad8", "element: hex20")
+        .replace("y: \"0.99 * x * sin(y)\"", "y: \"0.99 * x * sin(y)\", z: \"z + 2 * z * (0.15 - z) * sin(5 * y)\"")
+        .replace("on: tube.bottom", "on: tube.front")
+        .replace("on: tube.top", "on: tube.back")
+        .replace("boundary:\n", "boundary:\n  near: { on: tube.bottom, displacement: { z: 0 } }\n  far: { on: tube.top, displacement: { z: 0 } }\n")
+        .replace("at: [0, 0.9801]", "at: [0, 0.9801, 0]");
+    let force = |case: &str| Results::of(case, 1).table("contact.csv").last("force_n");
+    let [plane, slice] = [force(&plane), force(&slice) / WIDTH];
+    assert!(plane > 2.0, "the tube is closed: {plane} N/m");
+    assert!((slice / plane - 1.0).abs() < 1e-5, "{slice} N/m in space, {plane} N/m in the plane");
+}
+
 /// Surfaces that cannot be distinguished, or cannot touch themselves, are refused with their line.
 #[test]
 fn sides_with_common_facets_are_refused() {

@@ -22,13 +22,14 @@ pub const RECORD: &str = "run.json";
 
 /// Files that a run may leave in its folder, apart from [`RECORD`]. Only these are removed when a
 /// result is replaced.
-const OWN: [&str; 15] = [
+const OWN: [&str; 16] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
     "rigid.csv",
     "bodies.csv",
     "derived.csv",
+    "lines.csv",
     "energy.csv",
     "momentum.csv",
     "iterations.csv",
@@ -319,10 +320,12 @@ pub(crate) mod tests {
         let path = scratch.0.join("deep/results");
         ResultsFolder::create(&path).unwrap();
         fs::write(path.join("energy.csv"), "old").unwrap();
+        fs::write(path.join("lines.csv"), "old").unwrap();
         fs::write(path.join("notes.txt"), "mine").unwrap();
         fs::create_dir_all(path.join("fields/step_000001")).unwrap();
         fs::write(path.join(RECORD), r#"{"program": "contact-petsc", "verdict": "completed"}"#).unwrap();
         let (folder, _lock) = ResultsFolder::create(&path).unwrap();
+        assert!(!folder.join("lines.csv").exists());
         assert!(!folder.join("energy.csv").exists() && !folder.join("fields").exists());
         assert_eq!(fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
         assert!(fs::read_to_string(folder.join(RECORD)).unwrap().contains("running"));
