@@ -80,6 +80,86 @@ fn multipliers_take_penetration_away() {
     }
 }
 
+/// In statics, multipliers remove the elastic slip that a soft stick stiffness leaves: the force that
+/// drags a stiffer body over a slab, and the heat, do not depend on that stiffness, on any number of
+/// ranks. The monolithic and the staggered strategy agree.
+#[test]
+fn multipliers_take_elastic_slip_away() {
+    let run = |stiffness: &str, more: &str, ranks| {
+        let coarse = [
+            ("cells: [48, 6]", "cells: [24, 3]"),
+            ("cells: [40, 10]", "cells: [20, 5]"),
+            ("end: 1,", "end: 0.5,"),
+            ("stick_stiffness: 5.0e9", stiffness),
+        ];
+        Results::of(&(shipped("ironing/case.yml", &coarse) + more), ranks)
+    };
+    let last = |results: &Results| {
+        let heat = results.table("energy.csv").last("friction_dissipated");
+        [results.table("contact.csv").last("force_x"), heat]
+    };
+    let apart = |a: &Results, b: &Results| {
+        let [a, b] = [last(a), last(b)];
+        (0..2).map(|i| ((a[i] - b[i]) / a[i]).abs()).fold(0.0, f64::max)
+    };
+    let accuracy = "accuracy: { slip: 1e-6, penetration: none, time: none }
+solver: { strategy: monolithic, newton: { tolerance: 1e-9 } }
+";
+    let [soft, stiff] = ["stick_stiffness: 2.0e9", "stick_stiffness: 5.0e9"];
+    let alone = run(soft, accuracy, 1);
+    let [asked, achieved] = alone.part("slip");
+    assert!(achieved <= asked, "{achieved:e} > {asked:e}");
+    assert!(alone.table("iterations.csv").texts("stage").contains(&"augment"));
+    let other = apart(&alone, &run(stiff, accuracy, 1));
+    let plain = apart(&run(soft, "", 1), &run(stiff, "", 1));
+    assert!(other < 1e-5 && plain > 1e-3, "{other:e}, without multipliers {plain:e}");
+    let several = run(soft, accuracy, 3);
+    assert_eq!(alone.newton(), several.newton());
+    assert!(apart(&alone, &several) < 1e-7);
+    let staggered = run(soft, &accuracy.replace("monolithic", "staggered"), 1);
+    let difference = apart(&alone, &staggered);
+    assert!(difference < 1e-5, "{difference:e}");
+}
+
+/// A plate that sticks to a block and turns about its own normal: the multipliers turn with it. The
+/// torque does not depend on the stick stiffness.
+#[test]
+fn multipliers_of_friction_turn_with_the_target() {
+    let torque = |stiffness: f64, accuracy: &str| {
+        let text = format!(
+            "dimension: 3
+bodies:
+  block:
+    mesh: {{ box: {{ min: [-0.1, -0.1, 0], max: [0.1, 0.1, 0.1], cells: [4, 4, 2] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5e6, poisson_ratio: 0.3 }} }}
+rigid:
+  plate:
+    shape: {{ plane: {{ point: [0, 0, 0.1], normal: [0, 0, -1] }} }}
+    motion:
+      translation: {{ z: {{ table: [[0, 0], [0.2, -0.005], [1, -0.005]] }} }}
+      rotation: {{ axis: [0, 0, 1], angle: {{ table: [[0, 0], [0.2, 0], [1, 0.4]] }} }}
+contact:
+  press:
+    contactor: block.top
+    target: plate
+    normal: {{ penalty: {{ compliance: 1e-10 }} }}
+    friction: {{ coulomb: {{ coefficient: 1000, regularization: {{ stick_stiffness: {stiffness:e} }} }} }}
+boundary:
+  clamp: {{ on: block.bottom, displacement: {{ x: 0, y: 0, z: 0 }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 5 }} }} }}
+{accuracy}"
+        );
+        Results::of(&text, 1).table("rigid.csv").last("torque_z")
+    };
+    let apart = |accuracy: &str| {
+        let [soft, stiff] = [1e9, 1e10].map(|stiffness| torque(stiffness, accuracy));
+        ((soft - stiff) / stiff).abs()
+    };
+    let with = apart("accuracy: { slip: 1e-7, penetration: 1e-9, time: none }\n");
+    let without = apart("");
+    assert!(with < 1e-6 && without > 1e-2, "{with:e}, without multipliers {without:e}");
+}
+
 /// Multiplier updates cost the same for every step length, so they do not shorten the steps. In
 /// statics a tight penetration tolerance gives the steps of a loose one.
 #[test]

@@ -62,6 +62,20 @@ pub fn limit_penetration<const D: usize>(
     Ok(())
 }
 
+/// Enforces the slip tolerance of the case in statics, if there is one. Call it before any equilibrium
+/// is computed.
+pub fn limit_slip<const D: usize>(system: &mut ContactSystem<D>, case: &Case) {
+    let asked = case.accuracy.as_ref().and_then(|accuracy| accuracy.value.slip);
+    if let Some(part) = asked.filter(|_| limits_slip(case)) {
+        slip::augment(system, part.value);
+    }
+}
+
+/// Whether Uzawa's method or a stiffer penalty has to meet a tolerance of contact.
+pub fn corrects_contact<const D: usize>(system: &ContactSystem<D>) -> bool {
+    system.limits_elastic_slip() || smallest_tolerance(system).is_some()
+}
+
 /// The penetration tolerance of the case.
 fn requested_penetration(case: &Case) -> Option<Asked> {
     Some(match case.accuracy.as_ref()?.penetration? {

@@ -3,8 +3,9 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use crate::assembly::{ContactSystem, LocalContact, depths};
+use crate::assembly::{ContactSystem, LocalContact, depths, excess_penetration};
 use crate::contact::multipliers::MultiplierSource;
+use crate::dynamics::Shortfall;
 
 /// Requested penetration tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +65,11 @@ pub fn depth<const D: usize>(system: &ContactSystem<D>) -> f64 {
     let depths = depths(system.session().world(), system.contacts()).into_iter().zip(system.contacts());
     let penalties = depths.filter(|(_, contact)| contact.law().normal.is_penalty());
     penalties.map(|(depth, _)| depth).fold(0.0, f64::max)
+}
+
+/// The penetration that misses its tolerance most; `None` if none is limited. Collective.
+pub fn excess<const D: usize>(system: &ContactSystem<D>) -> Option<Shortfall> {
+    excess_penetration(system.session().world(), system.contacts())
 }
 
 /// Stiffens a contact in motion if half as much pressure again would exceed its penetration

@@ -1,4 +1,5 @@
-//! The requested slip: how far sticking points move, and how stiff stick has to be.
+//! The requested slip: how far sticking points move, and how it is limited. In statics multipliers
+//! take elastic slip away, otherwise stick becomes stiffer.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -20,6 +21,22 @@ pub struct Stuck {
 pub fn regularizations<const D: usize>(system: &ContactSystem<D>) -> Vec<Option<Regularization>> {
     let friction = system.contacts().iter().map(|contact| contact.law().friction);
     friction.map(|law| law.map(|friction| friction.regularization)).collect()
+}
+
+/// Augments the friction of every contact in statics, so that multipliers take elastic slip away. The
+/// laws keep their stick stiffness. Does nothing in dynamics.
+///
+/// `part` is the limit relative to the largest displacement.
+pub fn augment<const D: usize>(system: &mut ContactSystem<D>, part: f64) {
+    if system.bodies().is_dynamic() || !system.has_friction() {
+        return;
+    }
+    for contact in system.contacts_mut() {
+        if contact.law().friction.is_some() {
+            contact.state.augment_friction();
+        }
+    }
+    system.limit_slip(part, 0.0);
 }
 
 /// Increases the stick stiffness so that no sticking point yields by more than `slip` \[m\]
@@ -72,9 +89,7 @@ pub fn stuck<const D: usize>(system: &ContactSystem<D>) -> Stuck {
         let Some(friction) = contact.law().friction else { continue };
         for point in contact.state.current.iter().filter(|point| point.status == Status::Stick) {
             match friction.regularization.stiffness() {
-                Some(stiffness) => {
-                    own[1] = own[1].max(point.friction_traction.norm() / stiffness.value);
-                }
+                Some(_) => own[1] = own[1].max(point.elastic_slip.norm()),
                 None => own[0] = own[0].max(point.slip_velocity.norm()),
             }
         }

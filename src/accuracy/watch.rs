@@ -11,7 +11,7 @@ use super::{oscillation, penetration, sizes};
 use crate::assembly::{ContactSystem, NamedFields, StatePart, StoredState, from_numbers, numbers_of};
 use crate::case::{Accuracy, Case};
 use crate::contact::friction::Regularization;
-use crate::dynamics::{Augmentation, Stage, State};
+use crate::dynamics::{Stage, State};
 use crate::error::Result;
 use crate::observe::contact;
 use crate::observe::energy::Energies;
@@ -176,12 +176,17 @@ impl ErrorController {
         Ok(())
     }
 
-    /// Adjusts the stiffness of stick to the requested slip. Returns whether this changed anything.
-    /// Collective.
+    /// Adjusts the stiffness of stick to the requested slip, or in statics the limit of the elastic slip.
+    /// Returns whether a law changed. Collective.
     pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) -> bool {
         let asked =
             self.accuracy.slip.filter(|_| self.scheme != Scheme::Conserving && self.memory.size > 0.0);
-        asked.is_some_and(|slip| slip::stiffen_stick(system, &self.given, slip.value * self.memory.size))
+        let Some(slip) = asked else { return false };
+        if system.limits_elastic_slip() {
+            system.limit_slip(slip.value, self.memory.size);
+            return false;
+        }
+        slip::stiffen_stick(system, &self.given, slip.value * self.memory.size)
     }
 
     pub fn accepts<const D: usize>(
@@ -371,7 +376,7 @@ impl ErrorController {
         }
         let Stuck { creep, give } = stuck(system);
         let told = || self.penetration.map_or(0.0, |_| penetration::depth(system));
-        let depth = system.shortfall().map_or_else(told, |left| left.depth);
+        let depth = penetration::excess(system).map_or_else(told, |excess| excess.length);
         penetration::keep(system);
         self.memory.stiffenings = penetration::stiffenings(system);
         for (most, now) in self.memory.contact.iter_mut().zip([depth, creep, give]) {

@@ -1,4 +1,4 @@
-//! Multipliers and stiffer penalties, which bring contacts to a requested penetration.
+//! Multipliers and stiffer penalties, which bring contacts to a requested penetration and slip.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -6,7 +6,17 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::LocalContact;
 use super::redistribution::Redistribution;
 use super::system::ContactSystem;
-use crate::dynamics::Shortfall;
+use crate::dynamics::{Shortfall, Stage};
+use crate::error::Result;
+
+/// Requested limit of the elastic slip in statics.
+#[derive(Debug, Clone, Copy)]
+pub struct SlipLimit {
+    /// Relative to the largest displacement \[-\].
+    part: f64,
+    /// Largest displacement so far \[m\].
+    size: f64,
+}
 
 impl<const D: usize> LocalContact<D> {
     /// Restores the multipliers of the last accepted step.
@@ -15,7 +25,7 @@ impl<const D: usize> LocalContact<D> {
         self.state.reset_multipliers(|pressure| law.penetration(pressure));
     }
 
-    /// Takes the current pressures as multipliers.
+    /// Takes the current tractions as multipliers.
     pub fn take_multipliers(&mut self) {
         let law = self.law().normal;
         self.state.take_multipliers(|pressure| law.penetration(pressure));
@@ -23,6 +33,7 @@ impl<const D: usize> LocalContact<D> {
 
     /// Stores the multipliers with which the next step begins.
     pub fn remember_multipliers(&mut self) {
+        self.state.resume_friction();
         if let Some(compliance) = self.law().normal.law().linear_compliance() {
             self.state.remember_multipliers(1.0 / compliance);
         }
@@ -56,9 +67,9 @@ pub fn depths<const D: usize>(
     all
 }
 
-/// Returns the contact that misses its tolerance most; `None` if no tolerance was requested.
-/// Collective.
-pub fn shortfall<const D: usize>(
+/// Returns the penetration of the contact that misses its tolerance most; `None` if no tolerance was
+/// requested. Collective.
+pub fn excess_penetration<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[LocalContact<D>],
 ) -> Option<Shortfall> {
@@ -68,19 +79,32 @@ pub fn shortfall<const D: usize>(
     let depths = depths(world, contacts);
     let asked =
         contacts.iter().zip(&depths).filter_map(|(contact, depth)| Some((contact.tolerance?, *depth)));
-    let shortfall = |(tolerance, depth)| Shortfall { ratio: depth / tolerance, depth };
-    asked.map(shortfall).max_by(|a, b| a.ratio.total_cmp(&b.ratio))
+    asked.map(|(tolerance, depth)| Shortfall::penetration(depth, tolerance)).reduce(Shortfall::larger)
 }
 
-/// Brings contacts that are not in motion closer to their tolerance, by multipliers if they are
+/// Largest elastic slip of the closed points of contacts whose friction is augmented, over all ranks
+/// \[m\]. Collective.
+fn elastic_slip<const D: usize>(world: &impl CommunicatorCollectives, contacts: &[LocalContact<D>]) -> f64 {
+    let points = contacts.iter().filter(|contact| contact.state.seeks_stick()).flat_map(|contact| {
+        contact.state.current.iter().filter(|point| point.is_closed()).map(|point| point.elastic_slip.norm())
+    });
+    let own = points.fold(0.0, f64::max);
+    let mut all = 0.0;
+    world.all_reduce_into(&own, &mut all, SystemOperation::max());
+    all
+}
+
+/// Brings contacts that are not in motion closer to their tolerances, by multipliers if they are
 /// sought, otherwise by a stiffer penalty. Collective.
 pub fn improve<const D: usize>(world: &impl CommunicatorCollectives, contacts: &mut [LocalContact<D>]) {
     let depths = depths(world, contacts);
     for (contact, depth) in contacts.iter_mut().zip(depths) {
-        let Some(tolerance) = contact.tolerance else { continue };
-        if contact.state.seeks_multipliers() {
+        if contact.state.seeks_multipliers() || contact.state.seeks_stick() {
             contact.take_multipliers();
-        } else if depth > 0.25 * tolerance {
+            continue;
+        }
+        let Some(tolerance) = contact.tolerance else { continue };
+        if depth > 0.25 * tolerance {
             contact.stiffen((4.0 * depth / tolerance).log2().ceil().exp2());
         }
     }
@@ -90,6 +114,37 @@ impl<const D: usize> ContactSystem<D> {
     /// The contacts of this rank, to change their laws or state.
     pub fn contacts_mut(&mut self) -> &mut [LocalContact<D>] {
         &mut self.contacts
+    }
+
+    /// Limits the elastic slip to this part of the largest displacement. `size` is the largest one so
+    /// far \[m\].
+    pub fn limit_slip(&mut self, part: f64, size: f64) {
+        self.slip_limit = Some(SlipLimit { part, size });
+    }
+
+    /// Whether multipliers limit the elastic slip.
+    pub fn limits_elastic_slip(&self) -> bool {
+        self.slip_limit.is_some()
+    }
+
+    /// By how much the trial state misses the requested penetration and slip. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub(super) fn missed(&self, stage: &Stage) -> Result<Option<Shortfall>> {
+        let world = self.bodies.session.world();
+        let penetration = excess_penetration(world, &self.contacts);
+        let Some(limit) = self.slip_limit else { return Ok(penetration) };
+        let slip = elastic_slip(world, &self.contacts);
+        if slip == 0.0 {
+            return Ok(penetration);
+        }
+        // The size of the motion is measured as in the report of the accuracy.
+        let nodes = f64::from(self.bodies.local.index.total);
+        let moved = (self.bodies.weighted_square(&stage.trial.u)? / nodes).sqrt();
+        let size = limit.size.max(moved).max(self.travel_of_tools(&stage.trial.u));
+        let slip = Shortfall::slip(slip, limit.part * size);
+        Ok(Some(penetration.map_or(slip, |penetration| penetration.larger(slip))))
     }
 
     /// Memory on this rank for the multipliers of contact points, for the redistribution of mass, and

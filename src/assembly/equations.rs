@@ -187,14 +187,11 @@ impl<const D: usize> Staging for ContactSystem<D> {
 
 impl<const D: usize> Augmentation for ContactSystem<D> {
     fn reset_multipliers(&mut self) {
-        self.contacts
-            .iter_mut()
-            .filter(|contact| contact.state.seeks_multipliers())
-            .for_each(LocalContact::reset_multipliers);
+        self.contacts.iter_mut().for_each(LocalContact::reset_multipliers);
     }
 
-    fn shortfall(&self) -> Option<Shortfall> {
-        augmentation::shortfall(self.bodies.session.world(), &self.contacts)
+    fn shortfall(&self, stage: &Stage) -> Result<Option<Shortfall>> {
+        self.missed(stage)
     }
 
     fn improve(&mut self) {

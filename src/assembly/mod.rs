@@ -46,7 +46,7 @@ mod ties;
 mod tools;
 mod viscous;
 
-pub use augmentation::depths;
+pub use augmentation::{depths, excess_penetration};
 pub use bodies::Bodies;
 pub use body_sums::BodySums;
 pub use build::sides_of;

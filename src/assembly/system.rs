@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::augmentation::SlipLimit;
 use super::bodies::{Bodies, Extent};
 use super::build::{contacts, loads, middle_of, unit};
 use super::contact::LocalContact;
@@ -76,6 +77,8 @@ pub struct ContactSystem<const D: usize> {
     /// Whether the matrix of forces that conserve over a step is symmetric: everything is linear,
     /// and targets are flat.
     pub(super) symmetric_steps: bool,
+    /// Requested limit of the elastic slip, in statics.
+    pub(super) slip_limit: Option<SlipLimit>,
     /// Rigid bodies that move.
     pub(super) tools: Vec<RigidModel<D>>,
     /// Load factor of the last evaluated state.
@@ -124,6 +127,7 @@ impl<const D: usize> ContactSystem<D> {
         let rows = index.owned * D;
         let mut system = Self {
             interface: None,
+            slip_limit: None,
             has_modes: false,
             matrix: Matrix::new(session, &bodies.pattern, options.format)?,
             matrix_source: None,

@@ -1,7 +1,7 @@
-//! The augmented normal law. Uzawa's method finds its multipliers, or they carry tractions over an
-//! increase of the penalty.
+//! The augmented laws. Uzawa's method finds the multipliers of the pressure and of friction, or those
+//! of the pressure carry tractions over an increase of the penalty.
 
-use super::multipliers::MultiplierSource;
+use super::multipliers::{MultiplierSource, Multipliers};
 use super::state::ContactState;
 
 impl<const D: usize> ContactState<D> {
@@ -12,9 +12,15 @@ impl<const D: usize> ContactState<D> {
         self.multipliers.way = way;
     }
 
-    /// Memory of the multipliers \[bytes\]; 0 if the law is not augmented.
+    /// Augments friction: Uzawa's method takes elastic slip away.
+    pub fn augment_friction(&mut self) {
+        self.multipliers.friction = self.history.iter().map(|history| history.friction_traction).collect();
+    }
+
+    /// Memory of the multipliers \[bytes\]; 0 if no law is augmented.
     pub fn multiplier_bytes(&self) -> usize {
-        size_of_val(&self.multipliers.offsets[..]) + size_of_val(&self.multipliers.gaps[..])
+        let Multipliers { offsets, gaps, friction, way: _ } = &self.multipliers;
+        size_of_val(&offsets[..]) + size_of_val(&gaps[..]) + size_of_val(&friction[..])
     }
 
     /// Whether Uzawa's method determines the multipliers.
@@ -22,19 +28,41 @@ impl<const D: usize> ContactState<D> {
         !self.multipliers.offsets.is_empty() && self.multipliers.way == MultiplierSource::Sought
     }
 
-    /// Restores the multipliers of the last accepted step. `penetration` is the inverse of the
-    /// normal law.
+    /// Whether Uzawa's method takes elastic slip away.
+    pub fn seeks_stick(&self) -> bool {
+        !self.multipliers.friction.is_empty()
+    }
+
+    /// Restores the multipliers that Uzawa's method determines to those of the last accepted step.
+    /// `penetration` is the inverse of the normal law.
     pub fn reset_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
+        self.resume_friction();
+        if !self.seeks_multipliers() {
+            return;
+        }
         for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
             *offset = penetration(history.multiplier);
         }
     }
 
-    /// Takes the current pressures as multipliers (Uzawa). At the same gap the pressures then need
-    /// no penetration.
+    /// Takes the current tractions as multipliers (Uzawa). At the same gap and slip the tractions then
+    /// need no penetration and no elastic slip.
     pub fn take_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
+        for (multiplier, point) in self.multipliers.friction.iter_mut().zip(&self.current) {
+            *multiplier = point.traction_at_start;
+        }
+        if !self.seeks_multipliers() {
+            return;
+        }
         for (offset, point) in self.multipliers.offsets.iter_mut().zip(&self.current) {
             *offset = penetration(point.normal_traction - point.normal_damping);
+        }
+    }
+
+    /// Starts with the friction of the last accepted step as multiplier.
+    pub fn resume_friction(&mut self) {
+        for (multiplier, history) in self.multipliers.friction.iter_mut().zip(&self.history) {
+            *multiplier = history.friction_traction;
         }
     }
 

@@ -20,6 +20,9 @@ pub struct History<const D: usize> {
     pub gap: f64,
     /// `-t_T . v_T` at the end of the last step \[W/m^2\].
     pub friction_power: f64,
+    /// Elastic slip at the end of the last step \[m\], tangential to `normal`; zero if the point was
+    /// open.
+    pub elastic_slip: Vector<D>,
     /// Traction of damping at the end of the last step \[Pa\]; zero if the point was open.
     pub damping_traction: Vector<D>,
     /// Multiplier of the augmented normal law at the end of the last step \[Pa\]; zero if the law
@@ -37,6 +40,7 @@ impl<const D: usize> Default for History<D> {
             friction_work: 0.0,
             gap: f64::INFINITY,
             friction_power: 0.0,
+            elastic_slip: Vector::zeros(),
             damping_traction: Vector::zeros(),
             multiplier: 0.0,
         }
@@ -87,6 +91,7 @@ impl<const D: usize> History<D> {
             friction_work: self.friction_work + self.work_of_step(state, dt),
             gap: state.gap,
             friction_power: power,
+            elastic_slip: state.elastic_slip,
             damping_traction: state.damping_traction(),
             multiplier: self.multiplier,
         }
@@ -103,7 +108,7 @@ impl<const D: usize> History<D> {
 /// Per-point contents of a checkpoint: a fixed list of named numbers.
 impl<const D: usize> History<D> {
     /// Number of columns.
-    pub const COLUMNS: usize = 3 * D + 6;
+    pub const COLUMNS: usize = 4 * D + 6;
 
     /// The names, in the order of [`columns`](Self::columns).
     pub fn names() -> Vec<String> {
@@ -114,6 +119,7 @@ impl<const D: usize> History<D> {
         traction
             .chain(["slip", "friction_work", "gap", "friction_power", "multiplier"].into_iter().flat_map(one))
             .chain(axes("damping_traction"))
+            .chain(axes("elastic_slip"))
             .collect()
     }
 
@@ -127,6 +133,7 @@ impl<const D: usize> History<D> {
             friction_work,
             gap,
             friction_power,
+            elastic_slip,
             damping_traction,
             multiplier,
         } = self;
@@ -135,6 +142,7 @@ impl<const D: usize> History<D> {
         into.extend(normal.iter());
         into.extend([*slip, *friction_work, *gap, *friction_power, *multiplier]);
         into.extend(damping_traction.iter());
+        into.extend(elastic_slip.iter());
     }
 
     /// The history with these values; `None` if there are too few.
@@ -150,6 +158,7 @@ impl<const D: usize> History<D> {
         let normal = Vector::from_column_slice(take(D)?);
         let &[slip, friction_work, gap, friction_power, multiplier] = take(5)? else { return None };
         let damping_traction = Vector::from_column_slice(take(D)?);
+        let elastic_slip = Vector::from_column_slice(take(D)?);
         left.is_empty().then_some(Self {
             friction_traction,
             bound,
@@ -158,6 +167,7 @@ impl<const D: usize> History<D> {
             friction_work,
             gap,
             friction_power,
+            elastic_slip,
             damping_traction,
             multiplier,
         })
@@ -168,7 +178,7 @@ impl<const D: usize> History<D> {
 /// elastic stick is recoverable. For a step in the conserving scheme the total work of the
 /// tractions is known.
 fn heat_is_known<const D: usize>(state: &PointState<D>) -> bool {
-    state.over_step || state.recoverable > 0.0 || state.plastic_work > 0.0
+    state.over_step || state.sticks_elastically
 }
 
 #[cfg(test)]
@@ -185,6 +195,7 @@ mod tests {
             friction_work: 9.0,
             gap: 10.0,
             friction_power: 11.0,
+            elastic_slip: vector(17.0),
             damping_traction: vector(13.0),
             multiplier: 12.0,
         };
@@ -220,6 +231,7 @@ mod tests {
                     gap: -1.0,
                     bound: now,
                     friction_traction: traction,
+                    sticks_elastically: true,
                     ..PointState::default()
                 };
                 history = history.advance(&PointState { plastic_work: now * dt, ..state }, dt);
@@ -233,7 +245,8 @@ mod tests {
         // A point that stuck before the bound dropped did not slip under the previous bound.
         let stuck =
             History { bound: 10.0, friction_traction: Vector::<2>::x() * 2.0, ..History::<2>::default() };
-        let state = PointState { bound: 1.0, plastic_work: 1.0, ..PointState::default() };
+        let state =
+            PointState { bound: 1.0, plastic_work: 1.0, sticks_elastically: true, ..PointState::default() };
         assert!((stuck.work_of_step(&state, 0.1) - 1.5).abs() < 1e-15);
         // A point that opens slides against half of its previous traction.
         let open = PointState { slip_increment: Vector::<2>::x() * -0.25, ..PointState::default() };

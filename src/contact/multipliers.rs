@@ -1,4 +1,6 @@
-//! Multipliers of the points of an augmented normal law.
+//! Multipliers of the points of augmented laws: of the pressure, and of friction.
+
+use crate::tensor::Vector;
 
 /// Source of the multipliers of an augmented normal law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -15,12 +17,15 @@ pub enum MultiplierSource {
 
 /// Multipliers of the points of one contact on this rank.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Multipliers {
+pub(super) struct Multipliers<const D: usize> {
     /// Penetrations at which the normal law alone gives the pressures of the multipliers \[m\];
     /// empty if the law is not augmented.
     pub offsets: Vec<f64>,
     /// Gaps at the end of the last accepted step \[m\]; empty if the law is not augmented.
     pub gaps: Vec<f64>,
-    /// Source of the multipliers.
+    /// Source of the multipliers of the normal law.
     pub way: MultiplierSource,
+    /// Multipliers of friction at the start of the step \[Pa\], tangential to the normal there; empty
+    /// if friction is not augmented.
+    pub friction: Vec<Vector<D>>,
 }

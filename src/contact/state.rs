@@ -140,8 +140,8 @@ pub struct ContactState<const D: usize> {
     track: Vec<Track<D>>,
     /// Empty until a freeze: only staggered solves hold tractions.
     held: Vec<FrozenTractions<D>>,
-    /// Multipliers of the augmented normal law.
-    pub(super) multipliers: Multipliers,
+    /// Multipliers of the augmented laws.
+    pub(super) multipliers: Multipliers<D>,
     /// Initial gaps that are treated as zero \[m\]; empty if no gap was adjusted.
     adjusted: Vec<f64>,
     /// Whether a slip reversal in the first guess of a step is treated as an error of the guess.
@@ -176,7 +176,9 @@ impl<const D: usize> ContactState<D> {
             history.friction_traction = from_start * history.friction_traction;
             history.normal = from_start * history.normal;
             history.damping_traction = from_start * history.damping_traction;
+            history.elastic_slip = from_start * history.elastic_slip;
         }
+        seen.multipliers.friction.iter_mut().for_each(|multiplier| *multiplier = from_start * *multiplier);
         seen.held.iter_mut().for_each(|held| held.friction_traction = from_end * held.friction_traction);
         seen
     }
@@ -184,14 +186,16 @@ impl<const D: usize> ContactState<D> {
     /// Takes over the points of a state that was evaluated in the frame of a moving target.
     pub fn adopt(&mut self, frame: &BodyFrame<D>, seen: Self) {
         self.current = seen.current;
-        let to_space = frame.at_end();
+        let [at_start, to_space] = [frame.at_start(), frame.at_end()];
         for point in &mut self.current {
+            point.traction_at_start = at_start * point.traction_at_start;
             for vector in [
                 &mut point.normal,
                 &mut point.friction_traction,
                 &mut point.viscous_traction,
                 &mut point.slip_velocity,
                 &mut point.slip_increment,
+                &mut point.elastic_slip,
             ] {
                 *vector = to_space * *vector;
             }
@@ -301,12 +305,14 @@ impl<const D: usize> ContactState<D> {
     /// [`evaluated_from`](Self::evaluated_from).
     pub fn evaluation_names() -> Vec<String> {
         let own = ["offset", "flipped", "fresh", "held_pressure", "held_bound"].map(str::to_owned);
-        let held = ["x", "y", "z"].iter().take(D).map(|axis| format!("held_friction_{axis}"));
-        History::<D>::names().into_iter().chain(own).chain(held).collect()
+        let axes =
+            |name: &'static str| ["x", "y", "z"].iter().take(D).map(move |axis| format!("{name}_{axis}"));
+        let vectors = axes("held_friction").chain(axes("friction_multiplier"));
+        History::<D>::names().into_iter().chain(own).chain(vectors).collect()
     }
 
     /// Number of [`evaluation_names`](Self::evaluation_names).
-    pub const EVALUATION_COLUMNS: usize = History::<D>::COLUMNS + 5 + D;
+    pub const EVALUATION_COLUMNS: usize = History::<D>::COLUMNS + 5 + 2 * D;
 
     /// What the evaluation of all points reads, point by point.
     pub fn evaluated_from(&self) -> Vec<f64> {
@@ -319,6 +325,7 @@ impl<const D: usize> ContactState<D> {
             all.extend([offset, f64::from(u8::from(track.flipped)), f64::from(u8::from(fresh))]);
             all.extend([held.normal_traction, held.bound]);
             all.extend(held.friction_traction.iter());
+            all.extend(self.multipliers.friction.get(p).copied().unwrap_or_else(Vector::zeros).iter());
         }
         all
     }
@@ -341,7 +348,11 @@ impl<const D: usize> ContactState<D> {
             let open = Status::Open;
             let statuses = [Some(open), (own[2] == 0.0).then_some(open)];
             self.track[p] = Track { statuses, flipped: own[1] != 0.0, ..Track::default() };
-            self.held[p] = FrozenTractions::held(own[3], own[4], Vector::from_column_slice(&own[5..]));
+            let (held, multiplier) = own[5..].split_at(D);
+            self.held[p] = FrozenTractions::held(own[3], own[4], Vector::from_column_slice(held));
+            if let Some(friction) = self.multipliers.friction.get_mut(p) {
+                *friction = Vector::from_column_slice(multiplier);
+            }
         }
         true
     }
@@ -352,6 +363,9 @@ impl<const D: usize> ContactState<D> {
         self.current[p] = PointState { gap, bound, friction_traction, normal, ..PointState::default() };
         self.history[p] = history;
         self.track[p] = Track::default();
+        if let Some(multiplier) = self.multipliers.friction.get_mut(p) {
+            *multiplier = friction_traction;
+        }
     }
 
     /// Evaluation options of point `p`.
@@ -371,7 +385,9 @@ impl<const D: usize> ContactState<D> {
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
         let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
         let fresh = self.track[p].statuses[1].is_none();
-        Manner { branch, frozen, offset, touching: self.touching, fresh, damping: ActiveDamping::Whole }
+        let multiplier = self.multipliers.friction.get(p).copied();
+        let (touching, damping) = (self.touching, ActiveDamping::Whole);
+        Manner { branch, frozen, offset, multiplier, touching, fresh, damping }
     }
 }
 
@@ -472,7 +488,10 @@ mod tests {
         state.current[0] = slipping(-1.0);
         state.iterate();
         state.multipliers.offsets[1] = 0.25;
+        state.augment_friction();
+        state.multipliers.friction[0] = Vector::<2>::new(0.5, -1.5);
         let mut other = ContactState::<2>::new(2);
+        other.augment_friction();
         other.augment(crate::contact::multipliers::MultiplierSource::Carried);
         let stored = state.evaluated_from();
         assert_eq!(ContactState::<2>::EVALUATION_COLUMNS, ContactState::<2>::evaluation_names().len());

@@ -54,6 +54,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     derived::require_derived(&system, case, &model)?;
     start::require_reach(&mut system, &model, case)?;
     accuracy::limit_penetration(&mut system, case, &precision)?;
+    accuracy::limit_slip(&mut system, case);
     if case.is_static() {
         start::require_supports(&system)?;
     }
@@ -287,7 +288,8 @@ fn describe_contact<const D: usize>(
     }
     let Some(friction) = law.friction else { return };
     if limits_slip(case) {
-        let _ = writeln!(text, "  stick: by the return map, with the stiffness that accuracy.slip requires");
+        let means = if case.is_static() { "multipliers" } else { "the stiffness" };
+        let _ = writeln!(text, "  stick: by the return map, with {means} that accuracy.slip requires");
         return;
     }
     if let Some(velocity) = friction.regularization.slip_velocity() {

@@ -104,6 +104,7 @@ impl<const D: usize> Ready<D> {
         derived::require_derived(&system, case, &model)?;
         start::require_reach(&mut system, &model, case)?;
         accuracy::limit_penetration(&mut system, case, &precision)?;
+        accuracy::limit_slip(&mut system, case);
         let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
         let strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
         if strategy.wants_rigid_body_modes() {

@@ -185,13 +185,16 @@ pub fn needs<const D: usize>(
 /// Whether contact points have multipliers.
 fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D>) -> (bool, String) {
     let asked = case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
+    if system.limits_elastic_slip() {
+        return (
+            true,
+            if asked { "accuracy.penetration and accuracy.slip" } else { "accuracy.slip" }.to_owned(),
+        );
+    }
     let why = match (t.contact, asked, smallest_tolerance(system).is_some()) {
         (false, ..) => "no contact",
         (_, false, _) => "no accuracy.penetration",
         (.., false) => "laws and scheme define the penetration, which is reported",
-        _ if t.friction && !t.dynamic => {
-            "accuracy.penetration; for the pressure only, stick uses its return map"
-        }
         _ if t.dynamic => "accuracy.penetration, with an increased penalty",
         _ => "accuracy.penetration",
     };

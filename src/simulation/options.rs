@@ -195,11 +195,12 @@ pub fn strategy<const D: usize>(
     ))
 }
 
-/// The strategy, with multipliers if the case requests a penetration tolerance.
+/// The strategy, with multipliers if the case requests a tolerance of penetration or slip that they
+/// have to meet.
 pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strategy>) -> Box<dyn Strategy> {
-    match crate::accuracy::smallest_tolerance(system) {
-        Some(_) => Box::new(Augmented::new(inner)),
-        None => inner,
+    match crate::accuracy::corrects_contact(system) {
+        true => Box::new(Augmented::new(inner)),
+        false => inner,
     }
 }
 

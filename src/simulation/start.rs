@@ -326,7 +326,8 @@ fn no_equilibrium<const D: usize>(
         (Some(crushed), _) => crushed,
         (None, _) if beyond && error.cause != Cause::Guard => TOO_LARGE.to_owned(),
         (None, Trouble::Multipliers) => {
-            "request a larger accuracy.penetration, or use more increments".to_owned()
+            let slip = if system.limits_elastic_slip() { " or accuracy.slip" } else { "" };
+            format!("request a larger accuracy.penetration{slip}, or use more increments")
         }
         (None, _) => cause.unwrap_or_else(|| "use more increments, or start: { rest: {} }".to_owned()),
     };

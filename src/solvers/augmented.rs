@@ -1,10 +1,10 @@
-//! Augmented Lagrange: meets the requested penetration by multipliers instead of an ever stiffer
-//! penalty.
+//! Augmented Lagrange: meets the requested penetration and slip by multipliers instead of ever stiffer
+//! laws.
 //!
-//! `t_n = <lambda - g / eps_n>` (2.24) is solved with fixed `lambda`. The resulting pressure is the
-//! next `lambda` (Uzawa), until the remaining gap at closed points is small enough. Each update
-//! reduces it by about the ratio of the stiffness of the bodies to that of the penalty. Each step
-//! starts with the multipliers of the last one.
+//! `t_n = <lambda - g / eps_n>` (2.24) and the return map (2.40) are solved with fixed `lambda`. The
+//! resulting pressure and friction are the next `lambda` (Uzawa), until the remaining gap and elastic
+//! slip at closed points are small enough. Each update reduces them by about the ratio of the stiffness
+//! of the bodies to that of the law. Each step starts with the multipliers of the last one.
 
 use serde_json::Value;
 
@@ -56,22 +56,23 @@ impl Strategy for Augmented {
             }
             // In dynamics the penalty increases between steps instead, because inertia prevents a
             // correction within one step.
-            let left = if stage.inertia { None } else { system.shortfall() };
+            let left = if stage.inertia { None } else { system.shortfall(stage)? };
             let Some(left) = left.filter(|left| left.ratio > 1.0) else {
                 return Ok(Outcome::Converged(report));
             };
             idle = if left.ratio > Self::PROGRESS * least { idle + 1 } else { 0 };
             least = least.min(left.ratio);
             if update > Self::MOST || idle >= Self::IDLE {
-                let depth = left.depth;
                 report.trouble = Trouble::Multipliers;
                 let m = system.units().of("m");
                 return Ok(Outcome::Failed(
                     report,
                     format!(
-                        "the gap or penetration of contact points is {depth:.2e} {m} after {update} updates \
-                         of the multipliers, but {:.2e} {m} was requested",
-                        depth / left.ratio
+                        "the {} of contact points is {:.2e} {m} after {update} updates of the multipliers, \
+                         but {:.2e} {m} was requested",
+                        left.name,
+                        left.length,
+                        left.length / left.ratio
                     ),
                 ));
             }
@@ -79,7 +80,7 @@ impl Strategy for Augmented {
             watch(&IterationReport {
                 phase: SolvePhase::Augment,
                 iteration: update,
-                increment: left.depth,
+                increment: left.length,
                 ..IterationReport::first(report.residual, report.contact)
             });
         }

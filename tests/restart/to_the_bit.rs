@@ -63,6 +63,15 @@ fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
     computes_the_same_bits(&ironing(GMRES), 3, &[30]);
 }
 
+/// Statics with multipliers of pressure and friction, which stick keeps from step to step.
+#[test]
+fn multipliers_to_the_last_bit_on_1_and_2_ranks() {
+    let accuracy = "accuracy: { slip: 1e-6, penetration: { relative: 1e-4 }, time: none }";
+    let text = |solver| format!("{}{accuracy}\n", ironing(solver));
+    computes_the_same_bits(&text("{ linear: auto }"), 1, &[2, 20]);
+    computes_the_same_bits(&text(GMRES), 2, &[14]);
+}
+
 /// The pieces of the filtered multigrid on two ranks, all of which are made again. A sum over two
 /// ranks has only one order; on more ranks the multigrid rounds differently in each run. With two
 /// pairs of bodies one rank has factors of an earlier matrix than the other.

@@ -25,7 +25,7 @@ use crate::contact::nodal::at;
 use crate::contact::normal::NormalResponse;
 use crate::contact::obstacle::Shape;
 use crate::contact::point::joint::Joint;
-use crate::contact::point::step::{friction, stored};
+use crate::contact::point::step::{elastic_slip, friction, stored};
 use crate::contact::point::{PointState, Status, TermSelection};
 use crate::contact::rigid::{BodyFrame, SeenNode};
 use crate::contact::state::ContactState;
@@ -303,8 +303,11 @@ impl<const D: usize> VertexContact<D> {
             slip_increment: increment,
             status,
             potential: change.areas[1] * after.potential / area,
+            elastic_slip: elastic_slip(law, &traction),
+            traction_at_start: Vector::zeros(),
             recoverable: held[1] / area,
             plastic_work: (work - held[1] + held[0]) / area,
+            sticks_elastically: false,
             over_step: true,
         };
         let energy = 0.5 * (before.potential + after.potential);

@@ -7,7 +7,7 @@ pub mod step;
 pub use state::{PointState, Status};
 
 use super::damping::{ActiveDamping, Closing, ContactDamping, DampedNormal};
-use super::friction::traction::{Branch, FrictionTraction, Slip};
+use super::friction::traction::{Branch, FrictionTraction, Slip, rotate};
 use super::friction::{Bound, Friction, Pressed};
 use super::history::History;
 use super::normal::{NormalLaw, NormalResponse};
@@ -76,6 +76,8 @@ pub struct Manner<const D: usize> {
     /// Penetration at which the normal law has the pressure of the multiplier \[m\]. The law is
     /// evaluated at `gap - offset`, which for the penalty is `t_n = <lambda - g / eps_n>`.
     pub offset: f64,
+    /// Multiplier of friction at the start of the step \[Pa\]; `None` if friction is not augmented.
+    pub multiplier: Option<Vector<D>>,
     /// Gaps of this size are rounding \[m\]. A point within this distance is closed, for either
     /// sign of the computed gap. Forces are those of the law at the computed gap.
     pub touching: f64,
@@ -145,11 +147,13 @@ pub fn tractions<const D: usize>(
         area: relation.area,
         ..PointState::default()
     };
+    let stick = ElasticStick::new(law, relation.history, manner);
+    let old_traction = stick.old_traction(relation.history);
     let slip = Slip {
         normal: &relation.normal,
         velocity: &relation.velocity,
         increment: &relation.increment,
-        old_traction: &relation.history.friction_traction,
+        old_traction: &old_traction,
         old_normal: &relation.history.normal,
     };
     let slip_velocity = slip.slip_velocity();
@@ -175,6 +179,7 @@ pub fn tractions<const D: usize>(
     let viscosity = damping.tangential_viscosity();
     let viscous_traction = -slip_velocity * (viscosity * part);
     let drag = slip.tangential_projector() * (-viscosity * part);
+    let [elastic_slip, traction_at_start] = stick.ends(&answer.traction, &slip);
     let state = PointState {
         normal_traction: normal.traction,
         friction_traction: answer.traction,
@@ -187,8 +192,11 @@ pub fn tractions<const D: usize>(
         status: if answer.slips { Status::Slip } else { Status::Stick },
         presses: shifted < -manner.touching,
         potential: potential(law, relation.gap, manner),
-        recoverable: law.friction.map_or(0.0, |f| f.regularization.recoverable_energy(&answer.traction)),
+        elastic_slip,
+        traction_at_start,
+        recoverable: 0.5 * answer.traction.norm() * elastic_slip.norm(),
         plastic_work: answer.plastic_work,
+        sticks_elastically: stick.compliance > 0.0,
         ..state
     };
     let slopes = Slopes {
@@ -203,6 +211,45 @@ pub fn tractions<const D: usize>(
         by_normal: answer.by_normal + slip.projected_velocity_by_normal() * (-viscosity * part),
     };
     (state, Some(slopes))
+}
+
+/// Stick by the return map, whose elastic slip a multiplier may take away:
+/// `t = R (lambda - k e_old) - k ds` (2.40).
+struct ElasticStick<const D: usize> {
+    /// `1 / k` \[m/Pa\]; zero in the velocity form and without friction.
+    compliance: f64,
+    /// `lambda` at the start of the step \[Pa\]; `None` if friction is not augmented.
+    multiplier: Option<Vector<D>>,
+    /// Elastic slip at the start of the step \[m\].
+    slip: Vector<D>,
+}
+
+impl<const D: usize> ElasticStick<D> {
+    fn new(law: &ContactLaw, history: &History<D>, manner: &Manner<D>) -> Self {
+        let stiffness = law.friction.and_then(|friction| friction.regularization.stiffness());
+        let compliance = stiffness.map_or(0.0, |stiffness| 1.0 / stiffness.value);
+        let multiplier = manner.multiplier.filter(|_| compliance > 0.0);
+        Self { compliance, multiplier, slip: history.elastic_slip }
+    }
+
+    /// Traction from which the return map starts: that at the end of the last step, or the
+    /// multiplier without what the elastic slip takes away.
+    fn old_traction(&self, history: &History<D>) -> Vector<D> {
+        self.multiplier
+            .map_or(history.friction_traction, |multiplier| multiplier - self.slip / self.compliance)
+    }
+
+    /// Elastic slip at the end, and the traction at the end carried back to the start.
+    fn ends(&self, traction: &Vector<D>, slip: &Slip<'_, D>) -> [Vector<D>; 2] {
+        match self.multiplier {
+            Some(multiplier) => {
+                let held = rotate(&multiplier, slip.old_normal, slip.normal).0;
+                let back = rotate(traction, slip.normal, slip.old_normal).0;
+                [(held - traction) * self.compliance, back]
+            }
+            None => [traction * -self.compliance, Vector::zeros()],
+        }
+    }
 }
 
 /// Energy stored at a closed point. A pushing multiplier does no work if the gap is exactly zero.

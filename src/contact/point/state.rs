@@ -52,11 +52,19 @@ pub struct PointState<const D: usize> {
     /// `w(g)` \[J/m^2\]. Multiplied by the reference area it is the energy stored by the normal
     /// law.
     pub potential: f64,
+    /// Elastic slip `e` of the return map \[m\], tangential: the part of the slip that unloading gives
+    /// back. Zero in the velocity form.
+    pub elastic_slip: Vector<D>,
+    /// `t_T` carried back to the start of the step by the inverse of the rotation that carries the
+    /// multiplier of friction forward \[Pa\]; zero if friction is not augmented.
+    pub traction_at_start: Vector<D>,
     /// Energy stored in elastic stick \[J/m^2\]; zero in the velocity form.
     pub recoverable: f64,
     /// Frictional heat of the step by the return map \[J/m^2\]. It is zero in the velocity form,
     /// whose power is [`friction_power`](Self::friction_power).
     pub plastic_work: f64,
+    /// Stick is elastic, and the frictional heat of the step is `plastic_work`.
+    pub sticks_elastically: bool,
     /// The tractions acted over the step, and `plastic_work` is the total heat of the step.
     pub over_step: bool,
 }
@@ -80,8 +88,11 @@ impl<const D: usize> Default for PointState<D> {
             flatness: 1.0,
             sunk: 0.0,
             potential: 0.0,
+            elastic_slip: Vector::zeros(),
+            traction_at_start: Vector::zeros(),
             recoverable: 0.0,
             plastic_work: 0.0,
+            sticks_elastically: false,
             over_step: false,
         }
     }

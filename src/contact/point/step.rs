@@ -10,6 +10,12 @@ pub fn stored<const D: usize>(law: &ContactLaw, traction: &Vector<D>) -> f64 {
     law.friction.map_or(0.0, |f| f.regularization.recoverable_energy(traction))
 }
 
+/// Elastic slip under a traction \[m\]; zero in the velocity form.
+pub fn elastic_slip<const D: usize>(law: &ContactLaw, traction: &Vector<D>) -> Vector<D> {
+    let stiffness = law.friction.and_then(|friction| friction.regularization.stiffness());
+    stiffness.map_or_else(Vector::zeros, |stiffness| -traction / stiffness.value)
+}
+
 /// Bound, `dt_T/dt_n` and the traction. The bound is that of the penetration under the mean
 /// pressure.
 pub fn friction<const D: usize>(
