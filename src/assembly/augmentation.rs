@@ -5,18 +5,10 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::LocalContact;
 use super::redistribution::Redistribution;
+use super::slip_limit::SlipLimit;
 use super::system::ContactSystem;
 use crate::dynamics::{Shortfall, Stage};
 use crate::error::Result;
-
-/// Requested limit of the elastic slip in statics.
-#[derive(Debug, Clone, Copy)]
-pub struct SlipLimit {
-    /// Relative to the largest displacement \[-\].
-    part: f64,
-    /// Largest displacement so far \[m\].
-    size: f64,
-}
 
 impl<const D: usize> LocalContact<D> {
     /// Restores the multipliers of the last accepted step.

@@ -33,6 +33,7 @@ mod rigid;
 mod rollers;
 mod rounding;
 mod scatter;
+mod slip_limit;
 mod solid;
 mod soundness;
 mod stages;

@@ -2,7 +2,6 @@
 
 use std::rc::Rc;
 
-use super::augmentation::SlipLimit;
 use super::bodies::{Bodies, Extent};
 use super::build::{contacts, loads, middle_of, unit};
 use super::contact::LocalContact;
@@ -10,6 +9,7 @@ use super::contact_forces::add_contact_forces;
 use super::external::{External, Moment};
 use super::interface::Interface;
 use super::phases::Phases;
+use super::slip_limit::SlipLimit;
 use super::start::{Overclosure, resolve_overclosure, resolve_overclosure_of_points};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::{Changes, Hold};
