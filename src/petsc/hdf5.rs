@@ -806,7 +806,9 @@ mod tests {
     /// package.
     #[test]
     fn a_missing_library_is_named() {
-        let serial = |name: &CStr| if name == c"H5Pset_fapl_mpio" { None } else { address(name) };
+        // Nothing is called before all functions are found.
+        let any = innermost as *const () as *mut c_void;
+        let serial = |name: &CStr| (name != c"H5Pset_fapl_mpio").then_some(any);
         let refusal = start(serial).err().unwrap_or_default();
         assert!(refusal.contains("H5Pset_fapl_mpio"), "{refusal}");
         assert!(start(|_: &CStr| None).is_err());
