@@ -11,7 +11,7 @@
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
 //! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`composed`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; functions that are compiled once for all kernels; the terms of (3.5) |
-//! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects; checkpoints, from which a run resumes |
+//! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects, files of its HDF5; checkpoints, from which a run resumes |
 //! | 2 | [`mesh`], `contact::obstacle`; [`material`]; [`presets`]; [`schemes`]; `contact::normal`, `contact::friction`, `contact::damping` | data, named linear solvers and schemes, point laws |
 //! | 3 | [`case`] | what the user writes |
 //! | 4 | [`partition`] | METIS, who owns what, distribution |

@@ -45,7 +45,7 @@ pub use contact::{ALL, Area, Contact, InitialOverclosure};
 pub use damping::{Damping, Rayleigh};
 pub use elastic::{Directional, Foundation, Spring};
 pub use guard::Guard;
-pub use output::{Checkpoint, Fields, Line, Output, Probe};
+pub use output::{Checkpoint, FieldFormat, Fields, Line, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
 pub use region::Region;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::reader::at::{At, Named};
 use crate::reader::derived::Derived;
 use crate::reader::quantity::{Duration, Length};
+use crate::reader::tagged::tagged;
 
 /// Output in addition to the histories, which are always written every step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -73,13 +74,34 @@ pub struct Fields {
     /// are then about twice as large.
     #[serde(skip_serializing_if = "is_false")]
     pub stresses: bool,
+    /// Format of the files.
+    #[serde(skip_serializing_if = "is_pieces")]
+    pub format: At<FieldFormat>,
+}
+
+fn is_pieces(format: &At<FieldFormat>) -> bool {
+    format.value == FieldFormat::Vtu
 }
 
 impl Default for Fields {
     fn default() -> Self {
-        Self { every: 10.into(), stresses: false }
+        Self { every: 10.into(), stresses: false, format: FieldFormat::Vtu.into() }
     }
 }
+
+/// Format of the files with the fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "FieldFormat")]
+pub enum FieldFormat {
+    /// `fields.pvd` with a file per rank, grid and output.
+    #[default]
+    Vtu,
+    /// One file for all ranks and outputs, `fields.vtkhdf`, and `contact.vtkhdf` if there is contact.
+    /// PETSc must be linked with parallel HDF5, as that of Debian is.
+    Vtkhdf,
+}
+tagged!(FieldFormat, "format of fields");
 
 /// A segment along which fields are written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -22,7 +22,7 @@ pub const RECORD: &str = "run.json";
 
 /// Files that a run may leave in its folder, apart from [`RECORD`]. Only these are removed when a
 /// result is replaced.
-const OWN: [&str; 16] = [
+const OWN: [&str; 18] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
@@ -35,6 +35,8 @@ const OWN: [&str; 16] = [
     "iterations.csv",
     "fields.pvd",
     "contact.pvd",
+    "fields.vtkhdf",
+    "contact.vtkhdf",
     "fields",
     "figures",
     "checkpoints",

@@ -9,6 +9,7 @@
 //! | `*.csv` | [`table::Table`], with the columns of [`crate::observe`] and [`iterations`] | after each row: a row is one write |
 //! | `fields/step_*/` | [`fields::FieldWriter`] | each file appears by renaming |
 //! | `fields.pvd`, `contact.pvd` | [`pvd::PvdSeries`] | rewritten by renaming, names only steps that exist |
+//! | `fields.vtkhdf`, `contact.vtkhdf` | [`vtkhdf::OneFileWriter`], all ranks together | after each step, which is counted last |
 //! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end, with the [process] that writes it; at the end with rows and hashes of the tables |
 //! | `run.lock` | [`lock::Lock`] | present while a run writes into the folder |
 
@@ -30,6 +31,7 @@ mod selection;
 pub mod summary;
 pub mod table;
 pub mod timestamp;
+pub mod vtkhdf;
 pub mod vtu;
 pub mod vtu_reader;
 pub mod xml;

@@ -85,7 +85,11 @@ fn names(quantity: &Quantity, prefix: &str) -> String {
 }
 
 fn fields(page: &mut String) {
-    page.push_str("\n## Fields\n\n| Field | File | At | Unit | Meaning |\n| --- | --- | --- | --- | --- |\n");
+    page.push_str(
+        "\n## Fields\n\nWith `format: vtkhdf` the files are `fields.vtkhdf` and `contact.vtkhdf` instead of \
+         `fields.pvd` and\n`contact.pvd`.\n",
+    );
+    page.push_str("\n| Field | File | At | Unit | Meaning |\n| --- | --- | --- | --- | --- |\n");
     let mut row = |file: &str, at: &str, quantity: &Quantity| {
         let Quantity { name, unit, about, .. } = quantity;
         page.push_str(&format!("| `{name}` | {file} | {at} | {unit} | {about} |\n"));

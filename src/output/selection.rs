@@ -124,6 +124,11 @@ impl FieldSelection {
         Self { nodes, by_material, cells, grid }
     }
 
+    /// Numbers of arrays on points and on cells that never change. They are the first of a piece.
+    pub(super) fn constant_arrays(&self) -> [usize; 2] {
+        [self.grid.point_data.len(), self.grid.cell_data.len()]
+    }
+
     /// The grid with fields of all nodes or all cells of the rank.
     pub(super) fn piece<const D: usize>(&self, fields: &[Field]) -> Result<VtuPiece> {
         let mut piece = self.grid.clone();

@@ -169,18 +169,29 @@ impl VtuPiece {
     }
 }
 
+impl VtuPiece {
+    /// Checks that the arrays fit the grid and are finite. Returns the numbers of points and cells.
+    ///
+    /// # Errors
+    /// An array does not fit (an internal fault), or a value for the file `path` is not finite.
+    pub(super) fn require_sound(&self, path: &Path) -> Result<[usize; 2]> {
+        let (points, cells) = self.check()?;
+        let arrays = self.point_data.iter().chain(&self.cell_data).chain(std::iter::once(&self.points));
+        if let Some(array) = arrays.into_iter().find(|array| !array.values.are_finite()) {
+            let text = format!("{}: a value of `{}` is not finite", path.display(), array.name);
+            return Err(Error::not_converged(text));
+        }
+        Ok([points, cells])
+    }
+}
+
 /// Writes a piece. The file appears only when it is complete.
 ///
 /// # Errors
 /// An array does not fit the grid (an internal fault), or the disk can not be written.
 pub fn write(path: &Path, piece: &VtuPiece) -> Result<()> {
-    let (points, cells) = piece.check()?;
-    let arrays = piece.point_data.iter().chain(&piece.cell_data).chain(std::iter::once(&piece.points));
-    if let Some(array) = arrays.into_iter().find(|array| !array.values.are_finite()) {
-        let text = format!("{}: a value of `{}` is not finite", path.display(), array.name);
-        return Err(Error::not_converged(text));
-    }
-    write_whole_with(path, |file| stream(file, piece, [points, cells]))
+    let sizes = piece.require_sound(path)?;
+    write_whole_with(path, |file| stream(file, piece, sizes))
 }
 
 fn stream(

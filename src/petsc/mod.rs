@@ -9,6 +9,7 @@ mod call;
 mod census;
 mod event_totals;
 mod events;
+mod hdf5;
 mod krylov;
 mod limits;
 mod matrix;
@@ -31,6 +32,7 @@ mod versions;
 
 pub use census::{Census, Kind, census};
 pub use events::{Event, Running};
+pub use hdf5::{Hdf5File, NumberType, Rows, Width, require_hdf5};
 pub use krylov::Krylov;
 pub use limits::outlive_file_limits;
 pub use matrix::{Matrix, Symmetry};

@@ -10,7 +10,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::input::share_surfaces;
 use super::remarks::{contact_starts, remarks};
 use super::unit_note::unit_note;
-use super::{Share, derived, needs, options, share_out, start};
+use super::{Share, derived, field_output, needs, options, share_out, start};
 use crate::accuracy::{self, limits_slip};
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision, self_contact};
@@ -41,6 +41,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     share_surfaces(session, case)?;
     let model = Model::<D>::new(case)?;
     derived::require_columns(case, &model, None)?;
+    field_output::require_format(case)?;
     let Share { local, partition, remarks: of_meshes } = share_out(session, case, &model)?;
     let themselves = if session.size() == 1 { self_contact::remarks(&local, &model) } else { Vec::new() };
     let sizes = sizes(world, &local, model.bodies.len());

@@ -1,16 +1,19 @@
 //! The part of the journal that writes fields: from the system's arrays to the pieces that ParaView
 //! reads.
 
+use super::field_output::FieldOutput;
 use super::journal::Journal;
 use crate::assembly::ContactSystem;
+use crate::case::FieldFormat;
 use crate::dynamics::Stage;
-use crate::error::{Result, agree};
+use crate::error::Result;
 use crate::observe::fields::{SurfaceCells, body_fields, surface_cells, surface_fields};
 use crate::output::fields::{CellMaterials, Cells, FieldWriter, Ranks};
+use crate::output::vtkhdf::{GridFields, OneFileWriter};
 
 impl<const D: usize> Journal<D> {
     /// The writer for the volume and surface fields of this rank.
-    pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> Result<FieldWriter<D>> {
+    pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> Result<FieldOutput<D>> {
         let local = system.bodies().local();
         let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
         let materials = system.bodies().materials();
@@ -42,12 +45,12 @@ impl<const D: usize> Journal<D> {
             materials: None,
         };
         let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };
-        FieldWriter::new(
-            &self.shared_folder,
-            ranks,
-            volume,
-            (!system.contacts().is_empty()).then_some(surface),
-        )
+        let surface = (!system.contacts().is_empty()).then_some(surface);
+        let folder = &self.shared_folder;
+        Ok(match self.format {
+            FieldFormat::Vtu => FieldOutput::Pieces(FieldWriter::new(folder, ranks, volume, surface)?),
+            FieldFormat::Vtkhdf => FieldOutput::OneFile(OneFileWriter::new(folder, ranks, volume, surface)?),
+        })
     }
 
     /// Writes the fields of a state if the case requests fields. Collective.
@@ -58,13 +61,8 @@ impl<const D: usize> Journal<D> {
         let Some(writer) = &mut self.fields else { return Ok(()) };
         let volume = body_fields(system, stage, self.stresses)?;
         let surface = surface_fields(system, stage)?;
-        let written =
-            writer.write(self.step, &volume, (!system.contacts().is_empty()).then_some(&surface[..]));
-        agree(self.session.world(), written)?;
-        let published = match self.session.rank() {
-            0 => writer.publish(self.step, stage.trial.time),
-            _ => Ok(()),
-        };
-        agree(self.session.world(), published)
+        let surface = (!system.contacts().is_empty()).then_some(&surface[..]);
+        let fields = GridFields { volume: &volume, surface };
+        writer.write(self.session.world(), self.step, stage.trial.time, fields)
     }
 }

@@ -8,6 +8,7 @@ use std::time::{Instant, SystemTime};
 use super::current_solve::CurrentSolve;
 use super::derived::{StepRows, derived_cells};
 use super::earlier_run::EarlierRun;
+use super::field_output::FieldOutput;
 use super::place::{RunRequest, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
 use super::tables::Tables;
@@ -15,7 +16,7 @@ use super::unit_note::unit_note;
 use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision};
 use crate::assembly::ContactSystem;
-use crate::case::{Case, Derived};
+use crate::case::{Case, Derived, FieldFormat};
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
 use crate::model::Model;
@@ -28,7 +29,6 @@ use crate::observe::probes::{self, Watched};
 use crate::observe::reactions::reactions;
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
-use crate::output::fields::FieldWriter;
 use crate::output::folder::RECORD;
 use crate::output::record::{InputRecord, RankBalance, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
@@ -46,11 +46,13 @@ pub struct Journal<const D: usize> {
     /// The folder by the path under which all ranks find it, whatever their working directory.
     pub(super) shared_folder: PathBuf,
     pub(super) tables: Option<Tables<D>>,
-    pub(super) fields: Option<FieldWriter<D>>,
+    pub(super) fields: Option<FieldOutput<D>>,
     /// Fields are written every `every` steps and at the end of time \[s\]; 0 writes no fields.
     every: u64,
     /// Whether the fields include derived and nodal stresses.
     pub(super) stresses: bool,
+    /// Format of the fields.
+    pub(super) format: FieldFormat,
     /// Whether the case requests the table of the bodies.
     bodies: bool,
     /// The quantities that the case derives.
@@ -110,6 +112,7 @@ impl<const D: usize> Journal<D> {
             fields: None,
             every,
             stresses: case.output.fields.stresses,
+            format: case.output.fields.format.value,
             bodies: case.output.bodies,
             derived: case.output.derived.values().map(|derived| derived.value.clone()).collect(),
             end: case.time.end.value,
@@ -157,17 +160,19 @@ impl<const D: usize> Journal<D> {
         agree(self.session.world(), self.tables.as_mut().map_or(Ok(()), watch))?;
         if self.every > 0 {
             let mut fields = agree(self.session.world(), self.field_writer(system))?;
-            let resumed = match (&self.past, self.session.rank()) {
-                (Some((past, time)), 0) => fields.resume(past.totals.steps, *time).and_then(|()| {
-                    let lost = fields.drop_lost()?;
-                    Ok(lost.max(past.field_steps().saturating_sub(fields.steps())))
-                }),
-                _ => Ok(0),
-            };
-            let lost = agree(self.session.world(), resumed)?;
+            let mut lost = 0;
+            if let Some((past, time)) = &self.past {
+                fields.resume(self.session.world(), past.totals.steps, *time)?;
+                let own = if self.session.rank() == 0 { fields.drop_lost() } else { Ok(0) };
+                lost = agree(self.session.world(), own)?;
+                if self.session.rank() == 0 {
+                    lost = lost.max(past.field_steps().saturating_sub(fields.steps()));
+                }
+            }
+            let file = fields.file();
             self.fields = Some(fields);
             if lost > 0 {
-                self.warn(&lost_fields(lost));
+                self.warn(&lost_fields(lost, file));
             }
         }
         let mut warnings = remarks(system, &self.watched);
@@ -406,11 +411,14 @@ impl<const D: usize> Journal<D> {
         let marks = tables.marks();
         let settled = marks.and_then(|marks| {
             self.record.tables = marks;
-            self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost)
+            self.fields.as_mut().map_or(Ok(0), FieldOutput::drop_lost)
         });
         match &settled {
             Ok(0) => {}
-            Ok(lost) => self.warn(&lost_fields(*lost)),
+            Ok(lost) => {
+                let file = self.fields.as_ref().map_or("", FieldOutput::file);
+                self.warn(&lost_fields(*lost, file));
+            }
             Err(error) if self.record.verdict == Verdict::Completed => {
                 self.record.verdict = Verdict::of(error);
             }
@@ -426,8 +434,8 @@ impl<const D: usize> Journal<D> {
 }
 
 /// Warning about field files that disappeared during a run or before it was resumed.
-fn lost_fields(steps: u64) -> String {
-    format!("{steps} field steps that were written are missing; fields.pvd lists the remaining ones")
+fn lost_fields(steps: u64, file: &str) -> String {
+    format!("{steps} field steps that were written are missing; {file} lists the remaining ones")
 }
 
 /// The record of a run that has computed nothing yet.

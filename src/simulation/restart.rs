@@ -85,8 +85,8 @@ impl CheckpointHeader {
     /// Checks whether the case can be resumed from this checkpoint.
     fn check<const D: usize>(&self, case: &Case, inputs: &[InputRecord]) -> Result<()> {
         let cure = "restore the case of that run, or start again without --restart; only title, end, \
-                    solver, PETSc options and output except probes, bodies and derived \
-                    quantities may change";
+                    solver, PETSc options and output except probes, bodies, derived \
+                    quantities and the fields of the format vtkhdf may change";
         let units = Units::of_record(&self.case);
         if units != case.units {
             let message =
@@ -280,7 +280,15 @@ fn fixed(case: &Case) -> Result<Value> {
             time.remove("end");
         }
         if let Some(output) = case.get_mut("output").and_then(Value::as_object_mut) {
-            output.retain(|key, _| ["probes", "bodies", "derived"].contains(&key.as_str()));
+            // A file for all steps has the same fields in all of them.
+            let fields = output.get_mut("fields").and_then(Value::as_object_mut);
+            let is_one_file = fields.is_some_and(|fields| {
+                fields.remove("every");
+                fields.contains_key("format")
+            });
+            output.retain(|key, _| {
+                ["probes", "bodies", "derived"].contains(&key.as_str()) || (is_one_file && key == "fields")
+            });
         }
     }
     Ok(json)

@@ -3,9 +3,9 @@
 use std::time::UNIX_EPOCH;
 
 use super::earlier_run::EarlierRun;
+use super::field_output::FieldOutput;
 use super::journal::Journal;
 use crate::error::{Result, agree};
-use crate::output::fields::FieldWriter;
 use crate::output::record::InputRecord;
 use crate::output::table::Marks;
 use crate::time::StepControl;
@@ -39,7 +39,7 @@ impl<const D: usize> Journal<D> {
             held: self.record.held.clone(),
             start,
             tables,
-            field_steps: self.fields.as_ref().map_or(0, FieldWriter::steps),
+            field_steps: self.fields.as_ref().map_or(0, FieldOutput::steps),
         })
     }
 
