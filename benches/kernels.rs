@@ -1,5 +1,5 @@
 //! Time of the element kernels on one core, in microseconds an element: every element, law and kind of request,
-//! the tangent also over a step that conserves.
+//! the tangent also over a step that conserves, in the plane also under plane stress.
 //!
 //! `cargo bench --bench kernels [-- FILTER]`. Deliberately not measured: insertion into a matrix.
 
@@ -10,7 +10,7 @@ use contact_petsc::element::{
     ElementGroup, ElementSink, Formulation, Inverted, Kinematics, Locking, Request,
 };
 use contact_petsc::material::Material;
-use contact_petsc::mesh::{BoxShape, ElementKind};
+use contact_petsc::mesh::{BoxShape, ElementKind, Plane};
 
 /// Looks at what arrives, as little as possible.
 struct Look(f64);
@@ -25,7 +25,7 @@ fn main() {
     let filter: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     println!(
         "{:<7} {:<23} {:<18} {:>10} {:>10} {:>10}",
-        "element", "law", "locking", "force us", "tangent us", "step us"
+        "element", "law", "treatment", "force us", "tangent us", "step us"
     );
     for kind in ElementKind::SOLIDS {
         if filter.is_empty() || filter.iter().any(|f| kind.name().contains(f.as_str())) {
@@ -44,22 +44,27 @@ fn variants<const D: usize>(kind: ElementKind) {
         ("mooney_rivlin", Kinematics::Finite),
         ("neo_hookean", Kinematics::Linear),
     ];
-    for ((law, kinematics), locking) in laws.into_iter().flat_map(|law| {
-        [Locking::None, Locking::SelectiveReduced, Locking::MeanDilatation].map(|locking| (law, locking))
-    }) {
-        if !locking.offered(kind) {
+    let treatments = [
+        ("none", Locking::None, Plane::Strain),
+        ("selective_reduced", Locking::SelectiveReduced, Plane::Strain),
+        ("mean_dilatation", Locking::MeanDilatation, Plane::Strain),
+        ("plane stress", Locking::None, Plane::Stress),
+    ];
+    for ((law, kinematics), (treatment, locking, plane)) in
+        laws.into_iter().flat_map(|law| treatments.map(|treatment| (law, treatment)))
+    {
+        if !locking.offered(kind) || (D == 3 && plane == Plane::Stress) {
             continue;
         }
         let material = Material::named(law, 1.0, 0.3).expect("a law of the table");
-        let formulation = Formulation { material, kinematics, locking, density: 1.0 };
+        let formulation = Formulation { material, kinematics, plane, locking, density: 1.0 };
         let (group, u) = block::<D>(kind, formulation);
         let [force, tangent] = [Request::FORCE, Request::TANGENT]
             .map(|request| time(&group, |sink| group.evaluate(&u, request, sink)));
         let start: Vec<f64> = u.iter().map(|u| 0.9 * u).collect();
         let step = time(&group, |sink| group.evaluate_step(&start, &u, Request::TANGENT, sink));
         let name = if kinematics == Kinematics::Linear { "linear" } else { law };
-        let locking = locking.name();
-        println!("{:<7} {name:<23} {locking:<18} {force:>10.4} {tangent:>10.4} {step:>10.4}", kind.name());
+        println!("{:<7} {name:<23} {treatment:<18} {force:>10.4} {tangent:>10.4} {step:>10.4}", kind.name());
     }
 }
 

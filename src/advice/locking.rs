@@ -6,7 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::ContactSystem;
 use crate::element::{LOCKS, Locking, locks};
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Plane};
 use crate::model::{Body, Model};
 
 /// Poisson's ratio from which on pressures of second-order elements without a mean dilatation are
@@ -45,7 +45,7 @@ pub fn cures<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec
         for (material, has) in has.chunks_exact(kinds).enumerate() {
             for kind in ElementKind::ALL.into_iter().filter(|&kind| has[kind as usize] > 0) {
                 let formulation = &body.materials[material].formulation;
-                let cure = formulation.locking.on(kind, &formulation.moduli());
+                let cure = formulation.cure(kind);
                 found.push(UsedElements { kind, cure, material });
             }
         }
@@ -74,7 +74,8 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
         let bad = |used: &UsedElements| {
             let has_cure =
                 Locking::SelectiveReduced.offered(used.kind) || Locking::MeanDilatation.offered(used.kind);
-            !has_cure && locks(&body.materials[used.material].formulation.moduli())
+            let formulation = &body.materials[used.material].formulation;
+            !has_cure && formulation.plane == Plane::Strain && locks(&formulation.moduli())
         };
         let kinds = kinds_of(used, bad);
         let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
@@ -89,13 +90,14 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
     });
     let noisy = bodies().filter_map(|(body, used)| {
         let poor = |used: &UsedElements| {
-            let ratio = body.materials[used.material].formulation.moduli().poisson_ratio();
+            let formulation = &body.materials[used.material].formulation;
+            let ratio = formulation.moduli().poisson_ratio();
             let is_poor = match used.cure {
                 Locking::MeanDilatation => false,
                 Locking::SelectiveReduced => matches!(used.kind, ElementKind::Quad8 | ElementKind::Hex20),
                 Locking::Auto | Locking::None => used.kind.order() > 1,
             };
-            is_poor && ratio > NOISY - ROUNDING
+            is_poor && formulation.plane == Plane::Strain && ratio > NOISY - ROUNDING
         };
         let kinds = kinds_of(used, poor);
         (!kinds.is_empty()).then(|| {

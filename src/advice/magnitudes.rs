@@ -23,7 +23,7 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
     let heavy = materials.filter(|(_, material)| is_dynamic && material.formulation.density > 0.0);
     let waves = heavy.filter_map(|(body, material)| {
         let formulation = &material.formulation;
-        let speed = (material.sudden_moduli().uniaxial_strain() / formulation.density).sqrt();
+        let speed = (material.wave_modulus() / formulation.density).sqrt();
         let in_si = speed * model.units.si_value("m/s");
         let name = body.material_name(material);
         (!WAVE_SPEEDS.contains(&in_si)).then(|| {

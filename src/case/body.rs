@@ -39,7 +39,7 @@ pub struct Body {
     /// Treatment of volumetric locking: full integration is too stiff for nearly incompressible
     /// solids.
     #[serde(default)]
-    pub locking: Locking,
+    pub locking: At<Locking>,
     /// Mass matrix.
     #[serde(default)]
     pub mass: Mass,
@@ -290,13 +290,27 @@ pub enum Kinematics {
 }
 tagged!(Kinematics, "kinematics");
 
+/// State across the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Plane")]
+pub enum Plane {
+    /// Plane strain: the thickness does not change, as in a long body.
+    #[default]
+    Strain,
+    /// Plane stress: no stress across the plane, as in a thin plate. The thickness changes, and forces are
+    /// per unit of the thickness before the deformation.
+    Stress,
+}
+tagged!(Plane, "state across the plane");
+
 /// Treatment of volumetric locking.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Locking")]
 pub enum Locking {
     /// `selective_reduced` on quadrilaterals and hexahedra if Poisson's ratio is at least 0.45,
-    /// otherwise `none`. Triangles, tetrahedra, wedges and pyramids do not support it: at such a
+    /// otherwise `none`; `none` under plane stress, where the thickness is free. Triangles, tetrahedra, wedges and pyramids do not support it: at such a
     /// ratio tri3, tet4, wedge6 and pyramid5 cause a warning.
     #[default]
     Auto,

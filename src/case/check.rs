@@ -19,6 +19,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     let known = (2..=3).contains(&dimension).then_some(dimension as usize);
     let mut check = Check { case, dimension: known, found: Findings::new(case.units) };
     check.found.require(known.is_some(), place, format!("the dimension is 2 or 3, not {dimension}"));
+    check.plane();
     check.names();
     case.parameters.check(&mut check.found);
     for (name, body) in case.bodies.iter() {
@@ -55,6 +56,13 @@ impl Check<'_> {
     fn size<T>(&mut self, what: &str, list: &At<Vec<T>>) {
         let Some(wanted) = self.dimension else { return };
         self.found.entries(what, list, wanted);
+    }
+
+    fn plane(&mut self) {
+        if let (Some(plane), Some(3)) = (&self.case.plane, self.dimension) {
+            self.found.say(plane.place, "`plane` is the state of a 2D case, the case has 3D");
+            self.found.cure("remove it, or set `dimension: 2`");
+        }
     }
 
     fn names(&mut self) {

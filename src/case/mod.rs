@@ -38,7 +38,7 @@ pub use crate::presets::Linear;
 pub use crate::schemes::Scheme;
 use crate::schemes::Static;
 pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance};
-pub use body::{Body, BoxMap, BoxMesh, Element, FileMesh, Kinematics, Locking, Mass, Merge, Mesh};
+pub use body::{Body, BoxMap, BoxMesh, Element, FileMesh, Kinematics, Locking, Mass, Merge, Mesh, Plane};
 pub use boundary::{Action, Boundary};
 pub use components::{Components, Force, Torque};
 pub use contact::{ALL, Area, Contact, InitialOverclosure};
@@ -93,8 +93,11 @@ pub struct Case {
     /// numbers. Each is a number, a number with a unit, or an expression of parameters above it.
     #[serde(default, skip_serializing_if = "Parameters::is_empty")]
     pub parameters: Parameters,
-    /// 2: plane strain with a thickness of one unit of length; 3: solid.
+    /// 2: plane strain or plane stress, with a thickness of one unit of length; 3: solid.
     pub dimension: At<u32>,
+    /// State across the plane, in 2D; `strain` if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane: Option<At<Plane>>,
     /// Deformable bodies by name.
     pub bodies: At<Named<Body>>,
     /// Rigid targets at rest by name.
@@ -324,6 +327,11 @@ impl Case {
             mesh.map_err(|error| error.within(&path.display().to_string()))?;
         }
         Ok(())
+    }
+
+    /// Whether there is no stress across the plane.
+    pub fn is_plane_stress(&self) -> bool {
+        self.plane.as_ref().is_some_and(|plane| plane.value == Plane::Stress)
     }
 
     /// Whether the case has no inertia.

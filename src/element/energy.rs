@@ -14,9 +14,12 @@ impl<const D: usize> ElementGroup<D> {
         let energy = Energy { group: self, u, mine };
         match formulation.kinematics {
             Kinematics::Linear => {
-                energy.of(self.parts(|part| Box::new(LawPart::<Hooke>(formulation.moduli().part(part)))))
+                energy.of(self.parts(|part| Box::new(LawPart::<Hooke>(formulation.own_moduli().part(part)))))
             }
-            Kinematics::Finite => formulation.material.accept(energy),
+            Kinematics::Finite => match formulation.plane_stress() {
+                None => formulation.material.accept(energy),
+                Some(law) => energy.of(vec![Box::new(law)]),
+            },
         }
     }
 }

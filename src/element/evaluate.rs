@@ -7,7 +7,9 @@ use super::solid::Solid;
 use super::workspace::Job;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::dispatch;
-use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Overstress, Part, PointLaw};
+use crate::material::{
+    Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Overstress, Part, PlaneStress, PointLaw,
+};
 
 impl<const D: usize> ElementGroup<D> {
     /// Internal force (and, on request, its derivative) of each element at the nodal displacements
@@ -41,8 +43,11 @@ impl<const D: usize> ElementGroup<D> {
     ) -> std::result::Result<(), Inverted> {
         let job = Job { group: self, u, viscous, request, sink };
         match self.formulation.kinematics {
-            Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, self.formulation.moduli())),
-            Kinematics::Finite => self.formulation.material.accept(Evaluate(job)),
+            Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, self.formulation.own_moduli())),
+            Kinematics::Finite => match self.formulation.plane_stress() {
+                None => self.formulation.material.accept(Evaluate(job)),
+                Some(law) => dispatch(General::<PlaneStress, D, false>::of_one(job, Box::new(law))),
+            },
         }
     }
 }

@@ -35,6 +35,11 @@ impl<'a, K: ?Sized, const D: usize, const VISCOUS: bool> General<'a, K, D, VISCO
         let relaxing = job.viscous.map(|_| part(Part::Shear));
         Self { job, parts, relaxing }
     }
+
+    /// A job with a law that one rule integrates as a whole, without a Prony series.
+    pub fn of_one(job: Job<'a, D>, law: Box<K>) -> Self {
+        Self { job, parts: vec![law], relaxing: None }
+    }
 }
 
 /// Viscous stress at one sample.
@@ -82,9 +87,9 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
                         overstress,
                         number: batch * pass.samples() + q,
                     });
-                    let det_f = add_law(&mut work, &gradients, &sample, &**law, viscous, wanted);
-                    work.det_f[point] = det_f.lanes();
-                    if let Some(reserve) = law.reserve(&sample.grad_u[0]) {
+                    let reached = add_law(&mut work, &gradients, &sample, &**law, viscous, wanted);
+                    work.det_f[point] = reached.det_f.lanes();
+                    if let Some(reserve) = law.reserve(&sample.grad_u[0], &reached.second_piola) {
                         reserves.push(reserve.lanes());
                     }
                     point += 1;
@@ -97,7 +102,13 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
     }
 }
 
-/// Adds one sample; returns `det F` there.
+/// The state at a sample.
+struct Reached<L, const D: usize> {
+    det_f: L,
+    second_piola: Square<L, D>,
+}
+
+/// Adds one sample.
 #[inline(always)]
 fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     work: &mut Workspace<L, D>,
@@ -106,7 +117,7 @@ fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     law: &K,
     viscous: Option<Viscous<K>>,
     wanted: Option<Wanted<L>>,
-) -> L {
+) -> Reached<L, D> {
     let grad_u = &sample.grad_u[0];
     let f = plus_one(grad_u);
     let second_piola = match (wanted, viscous) {
@@ -137,7 +148,7 @@ fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     for (force, gradient) in work.force.iter_mut().zip(gradients) {
         *force = apply_add(&flux, gradient, force);
     }
-    det_minus_one(grad_u) + sample.volume.constant(1.0)
+    Reached { det_f: det_minus_one(grad_u) + sample.volume.constant(1.0), second_piola }
 }
 
 impl<K: PointLaw + ?Sized> Viscous<'_, K> {

@@ -4,8 +4,8 @@ use super::kinematics::{DilatationSpace, VolumeRule};
 use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::lanes::WIDTH;
-use crate::material::{Material, Moduli, Part};
-use crate::mesh::{ElementKind, Mesh, spelled};
+use crate::material::{Material, Moduli, Part, PlaneStress};
+use crate::mesh::{ElementKind, Mesh, Plane, spelled};
 use crate::space::{Rule, ShapeTable, reference};
 
 /// Physical model and discretization of a group.
@@ -15,6 +15,8 @@ pub struct Formulation {
     pub material: Material,
     /// Finite or linear kinematics.
     pub kinematics: Kinematics,
+    /// State across the plane, in two dimensions.
+    pub plane: Plane,
     /// Treatment of locking.
     pub locking: Locking,
     /// Reference density [kg/m^3], not negative.
@@ -25,6 +27,29 @@ impl Formulation {
     /// Moduli at small strain.
     pub fn moduli(&self) -> Moduli<f64> {
         self.material.moduli()
+    }
+
+    /// Moduli of Hooke's law in the dimensions of the elements: under plane stress those in the plane.
+    pub fn own_moduli(&self) -> Moduli<f64> {
+        match self.plane {
+            Plane::Strain => self.moduli(),
+            Plane::Stress => self.moduli().plane_stress(),
+        }
+    }
+
+    /// The law of finite kinematics under plane stress; `None` for any other state.
+    pub(super) fn plane_stress(&self) -> Option<PlaneStress> {
+        let is_one = self.plane == Plane::Stress && self.kinematics == Kinematics::Finite;
+        is_one.then(|| PlaneStress::new(&self.material))
+    }
+
+    /// The treatment of locking on elements of `kind`: never [`Locking::Auto`]. Under plane stress the thickness
+    /// is free, so that volume terms do not lock and [`Locking::Auto`] is [`Locking::None`].
+    pub fn cure(&self, kind: ElementKind) -> Locking {
+        match (self.plane, self.locking) {
+            (Plane::Stress, Locking::Auto) => Locking::None,
+            _ => self.locking.on(kind, &self.moduli()),
+        }
     }
 }
 
@@ -96,6 +121,7 @@ impl<const D: usize> ElementGroup<D> {
     /// # Errors
     /// - The kinds differ or have another dimension.
     /// - The kind does not support the treatment of locking.
+    /// - Volume terms have points of their own under plane stress.
     /// - The density is negative.
     /// - An element is inverted in the reference configuration.
     pub fn new(mesh: &Mesh<D>, elements: Vec<u32>, formulation: Formulation) -> Result<Self> {
@@ -111,7 +137,10 @@ impl<const D: usize> ElementGroup<D> {
         if !(formulation.density >= 0.0 && formulation.density.is_finite()) {
             return Err(Error::case(format!("density: {} is negative", formulation.density)));
         }
-        let rule = formulation.locking.on(kind, &formulation.moduli()).volume_rule(kind)?;
+        let rule = formulation.cure(kind).volume_rule(kind)?;
+        if formulation.plane == Plane::Stress && rule != VolumeRule::Full {
+            return Err(Error::internal("a treatment of locking under plane stress"));
+        }
         let passes = passes(kind, rule);
         let mut nodes = Vec::with_capacity(elements.len().div_ceil(WIDTH) * kind.nodes());
         for batch in elements.chunks(WIDTH) {

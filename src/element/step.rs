@@ -44,7 +44,11 @@ impl<const D: usize> ElementGroup<D> {
         if self.formulation.kinematics == Kinematics::Linear {
             return self.evaluate(middle, request, sink);
         }
-        self.formulation.material.accept(StepJob { group: self, u: [start, middle], request, sink })
+        let job = StepJob { group: self, u: [start, middle], request, sink };
+        match self.formulation.plane_stress() {
+            None => self.formulation.material.accept(job),
+            Some(law) => dispatch(Step::new(job, vec![Box::new(law)])),
+        }
     }
 }
 
@@ -102,9 +106,6 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
                     let motion = StepMotion::new(start, middle);
                     work.det_f[point] = (det_minus_one(&motion.end) + unit).lanes();
                     point += 1;
-                    if let Some(reserve) = law.reserve(&motion.end) {
-                        reserves.push(reserve.lanes());
-                    }
                     let second_piola = match wanted {
                         None => law.stress_over_step(&motion),
                         Some(wanted) => {
@@ -115,6 +116,9 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
                         }
                     };
                     work.add_force(&plus_one(&middle), &second_piola, volume);
+                    if let Some(reserve) = law.reserve(&motion.end, &second_piola) {
+                        reserves.push(reserve.lanes());
+                    }
                 }
             }
             check(&work.det_f, &reserves, elements, &group.passes)?;

@@ -5,19 +5,19 @@ use nalgebra::DMatrix;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, reference_gradients};
 use super::projection::Projection;
-use super::viscous::in_space;
+use super::viscous::{in_plane, in_space};
 use crate::material::{
     Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, MetricLaw, Overstress, Part,
-    VolumeLaw, Volumetric,
+    PlaneStress, PointLaw, VolumeLaw, Volumetric,
 };
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Plane};
 use crate::space::reference;
 use crate::square::{
     Square, det_minus_one, diagonal, outer_gram, plus_one, product, scale_all, sum, trace, transpose,
 };
 
 /// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz`. In plane strain `zz` is the
-/// stress that enforces zero normal strain.
+/// stress that enforces zero normal strain; under plane stress it is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cauchy(pub [f64; 6]);
 
@@ -121,6 +121,8 @@ impl<const D: usize> ElementGroup<D> {
         let law = self.volume_law();
         let mut projection = Projection::new(0.0, &self.passes[self.passes.len() - 1]);
         let mut pressures = Vec::new();
+        let plane_stress = self.formulation.plane_stress();
+        let plane_stress = plane_stress.as_ref();
         for index in 0..self.elements.len() {
             element.load(self, index, u);
             stress.points.clear();
@@ -144,13 +146,13 @@ impl<const D: usize> ElementGroup<D> {
                     let mut state = if projected {
                         volume_state(&law, &grad_u, pressures[q])
                     } else {
-                        self.state(pass.part, &grad_u, added)
+                        self.state(pass.part, &grad_u, added, plane_stress)
                     };
                     if number > 0 {
                         // The first pass already includes the volume ratio.
                         state.det_f = 0.0;
                     } else {
-                        let metric = self.right_cauchy_green(&grad_u);
+                        let metric = self.right_cauchy_green(&grad_u, plane_stress);
                         let sums = stress.right_cauchy_green.iter_mut().zip(metric);
                         sums.for_each(|(sum, value)| *sum += weight * value);
                     }
@@ -186,9 +188,20 @@ impl<const D: usize> ElementGroup<D> {
         viscous.at::<D>(index, self.passes[0].samples(), point, &isochoric)
     }
 
-    /// `F^T F`, in linear kinematics `(1 + eps)^2`, in 2D for plane strain.
-    fn right_cauchy_green(&self, grad_u: &Square<f64, D>) -> [f64; 6] {
-        let solid = in_space(grad_u);
+    /// The displacement gradient in space, under plane stress with `H_33`.
+    fn solid(&self, grad_u: &Square<f64, D>, plane_stress: Option<&PlaneStress>) -> Square<f64, 3> {
+        let mut solid = in_space(grad_u);
+        if let Some(law) = plane_stress {
+            solid[2][2] = law.thickness(&in_plane(&solid));
+        } else if self.formulation.plane == Plane::Stress {
+            solid[2][2] = -self.formulation.moduli().thickness_ratio() * trace(grad_u);
+        }
+        solid
+    }
+
+    /// `F^T F`, in linear kinematics `(1 + eps)^2`.
+    fn right_cauchy_green(&self, grad_u: &Square<f64, D>, plane_stress: Option<&PlaneStress>) -> [f64; 6] {
+        let solid = self.solid(grad_u, plane_stress);
         let f = match self.formulation.kinematics {
             Kinematics::Finite => plus_one(&solid),
             Kinematics::Linear => plus_one(&sum(&solid, &transpose(&solid)).map(|row| row.map(|x| 0.5 * x))),
@@ -196,19 +209,36 @@ impl<const D: usize> ElementGroup<D> {
         components(&product(&transpose(&f), &f), 1.0).0
     }
 
-    /// `sigma = F S F^T / J` of a part of the law for this displacement gradient, in 2D for plane
-    /// strain, with the second Piola stress `added`.
-    fn state(&self, part: Part, grad_u: &Square<f64, D>, added: Option<Square<f64, 3>>) -> CauchyState {
-        let solid = in_space(grad_u);
+    /// `sigma = F S F^T / J` of a part of the law for this displacement gradient, with the second Piola
+    /// stress `added`. Under plane stress the stress across the plane is zero.
+    fn state(
+        &self,
+        part: Part,
+        grad_u: &Square<f64, D>,
+        added: Option<Square<f64, 3>>,
+        plane_stress: Option<&PlaneStress>,
+    ) -> CauchyState {
+        let solid = self.solid(grad_u, plane_stress);
         let with_added = |stress| added.map_or(stress, |added| sum(&stress, &added));
         if self.formulation.kinematics == Kinematics::Linear {
-            let moduli = self.formulation.moduli().part(part);
-            let cauchy = with_added(Hooke::respond_with_metric(&moduli, &solid).second_piola);
+            let cauchy = match self.formulation.plane {
+                Plane::Stress => {
+                    let moduli = self.formulation.own_moduli();
+                    in_space(&Hooke::respond_with_metric(&moduli, grad_u).second_piola)
+                }
+                Plane::Strain => {
+                    let moduli = self.formulation.moduli().part(part);
+                    with_added(Hooke::respond_with_metric(&moduli, &solid).second_piola)
+                }
+            };
             return CauchyState { cauchy: components(&cauchy, 1.0), det_f: 1.0 + trace(&solid) };
         }
         let det_f = 1.0 + det_minus_one(&solid);
         let f = plus_one(&solid);
-        let second_piola = with_added(self.formulation.material.accept(StressAt { part, grad_u: solid }));
+        let second_piola = match plane_stress {
+            Some(law) => in_space(&law.stress(grad_u)),
+            None => with_added(self.formulation.material.accept(StressAt { part, grad_u: solid })),
+        };
         let kirchhoff = product(&product(&f, &second_piola), &transpose(&f));
         CauchyState { cauchy: components(&kirchhoff, 1.0 / det_f), det_f }
     }

@@ -51,7 +51,7 @@ impl RunGuard {
         let speed = |contact: &crate::model::ContactModel<D>| {
             let of_body = |&body: &usize| {
                 let speed = |material: &BodyMaterial| {
-                    let stiffness = material.sudden_moduli().uniaxial_strain();
+                    let stiffness = material.wave_modulus();
                     (stiffness / material.formulation.density.max(f64::MIN_POSITIVE)).sqrt()
                 };
                 model.bodies[body].materials.iter().map(speed).fold(0.0, f64::max)

@@ -206,7 +206,7 @@ impl PointLaw for dyn InvariantEnergy + '_ {
     type StepTangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
 
     #[inline(always)]
-    fn reserve<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>) -> Option<T> {
+    fn reserve<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>, _: &Square<T, D>) -> Option<T> {
         if !self.is_limited() {
             return None;
         }
@@ -311,7 +311,7 @@ where
         coefficients: &P::Coefficients,
         grad_u: &Square<T, D>,
     ) -> Option<T> {
-        dynamic(&EnergyOf::<P>(*coefficients)).reserve(grad_u)
+        dynamic(&EnergyOf::<P>(*coefficients)).reserve(grad_u, grad_u)
     }
 
     fn stress<T: LaneWise, const D: usize>(

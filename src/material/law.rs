@@ -8,7 +8,7 @@ use crate::reader::findings::Findings;
 use crate::square::Square;
 
 /// The parameters of a law as a case writes them.
-pub trait Parameters: Potential + Copy {
+pub trait Parameters: Potential + Copy + 'static {
     /// Form of the energy of [`Part::Volume`], whose modulus is `lambda` of [`moduli`](Self::moduli).
     const VOLUMETRIC: Volumetric = Volumetric::Rubber;
 

@@ -31,7 +31,7 @@ impl Part {
 }
 
 impl Moduli<f64> {
-    /// From Young's modulus \[Pa\] and Poisson's ratio; in 2D they are those of the solid in plane strain.
+    /// From Young's modulus \[Pa\] and Poisson's ratio of the solid, also in 2D.
     ///
     /// # Errors
     /// When not `young_modulus > 0` and `-1 < poisson_ratio < 1/2`.
@@ -77,6 +77,17 @@ impl Moduli<f64> {
     /// Modulus of uniaxial strain, `lambda + 2 mu` \[Pa\]: density times the square of the pressure wave's speed.
     pub fn uniaxial_strain(self) -> f64 {
         self.lambda + 2.0 * self.mu
+    }
+
+    /// Ratio of the strain across the plane to minus the trace of the strain in the plane under plane stress.
+    pub fn thickness_ratio(self) -> f64 {
+        self.lambda / self.uniaxial_strain()
+    }
+
+    /// The moduli in the plane under plane stress: with `lambda* = 2 lambda mu / (lambda + 2 mu)` Hooke's law in
+    /// the plane is that of the solid whose stress across the plane is zero (3.34).
+    pub fn plane_stress(self) -> Self {
+        Self { lambda: 2.0 * self.mu * self.thickness_ratio(), mu: self.mu }
     }
 
     /// The terms that belong to a part, the others zero.

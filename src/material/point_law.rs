@@ -21,8 +21,13 @@ pub trait PointLaw: PointEnergy {
     /// [`Law::StepTangent`].
     type StepTangent<T: Real, const D: usize>: Copy;
 
-    /// [`Law::reserve`].
-    fn reserve<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>) -> Option<T>;
+    /// [`Law::reserve`] at a gradient whose stress is known. A law whose stress is the solution of an equation may
+    /// read from the stress that there is none.
+    fn reserve<T: LaneWise, const D: usize>(
+        &self,
+        grad_u: &Square<T, D>,
+        second_piola: &Square<T, D>,
+    ) -> Option<T>;
 
     /// [`Law::stress`].
     fn stress<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>) -> Square<T, D>;
@@ -74,7 +79,7 @@ impl<P: Law> PointLaw for LawPart<P> {
     type StepTangent<T: Real, const D: usize> = P::StepTangent<T, D>;
 
     #[inline(always)]
-    fn reserve<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>) -> Option<T> {
+    fn reserve<T: LaneWise, const D: usize>(&self, grad_u: &Square<T, D>, _: &Square<T, D>) -> Option<T> {
         P::reserve(&self.0, grad_u)
     }
 

@@ -12,6 +12,7 @@ use num_dual::{DualNum, HyperDual64};
 
 mod deviator;
 mod mooney_rivlin;
+mod plane_stress;
 mod rubber;
 mod step;
 

@@ -17,6 +17,7 @@ use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
+use crate::mesh::Plane;
 use crate::tensor::{Tensor, Vector};
 
 impl<const D: usize> Model<D> {
@@ -329,6 +330,11 @@ fn mass_of<const D: usize>(
     Some(MassProperties { mass, inertia })
 }
 
+/// The state across the plane of a case.
+pub(super) fn plane(case: &Case) -> Plane {
+    if case.is_plane_stress() { Plane::Stress } else { Plane::Strain }
+}
+
 /// The treatment of locking of a case in the elements.
 pub(super) fn locking(of: case::Locking) -> Locking {
     match of {
@@ -357,7 +363,8 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
                 case::Kinematics::Finite => Kinematics::Finite,
                 case::Kinematics::Linear => Kinematics::Linear,
             },
-            locking: locking(body.locking),
+            plane: plane(case),
+            locking: locking(body.locking.value),
             density,
         };
         let series = viscous.map(|viscous| Rc::new(viscous.series()));

@@ -110,9 +110,9 @@ fn file_body<const D: usize>(
 ) -> Result<Mesh<D>> {
     let m = &case.units.of("m");
     let region = file.region.as_ref().map(|region| region.value.as_str());
-    let (mut mesh, source) = read_file(&case.resolve(&file.file.value), region)?;
+    let (mut mesh, source) = read_file(&case.resolve(&file.file.value), region, super::build::plane(case))?;
     remarks.extend_from_slice(source.remarks());
-    let locking = body.locking;
+    let locking = body.locking.value;
     if let Some(kind) = mesh.kinds.iter().find(|kind| !super::build::locking(locking).offered(**kind)) {
         let message = format!("'{name}' has {kind} elements, which do not support {}", locking.name());
         return Err(case.error(file.file.place, message).hint(locking.cure()));

@@ -7,7 +7,7 @@ use crate::case::Case;
 use crate::element::Formulation;
 use crate::error::Error;
 use crate::material::{Moduli, PronySeries};
-use crate::mesh::{Facet, Mesh};
+use crate::mesh::{Facet, Mesh, Plane};
 
 /// Material of a body, or of one of its regions.
 #[derive(Debug, Clone)]
@@ -31,6 +31,15 @@ impl BodyMaterial {
         let given = self.formulation.moduli();
         let stiffer = self.series.as_ref().map_or(1.0, |series| series.relaxation(0.0));
         Moduli::of_shear_and_bulk(stiffer * given.mu, given.bulk())
+    }
+
+    /// Density times the square of the speed of pressure waves after a sudden deformation \[Pa\].
+    pub fn wave_modulus(&self) -> f64 {
+        let sudden = self.sudden_moduli();
+        match self.formulation.plane {
+            Plane::Strain => sudden.uniaxial_strain(),
+            Plane::Stress => sudden.plane_stress().uniaxial_strain(),
+        }
     }
 }
 

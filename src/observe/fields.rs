@@ -115,7 +115,7 @@ pub const ELEMENT_FIELDS: &[ElementField] = &[
         quantity: Quantity::symmetric_tensor(
             "cauchy_stress",
             "Pa",
-            "mean Cauchy stress: xx, yy, zz, xy, yz, xz; in plane strain with the stress out of the plane",
+            "mean Cauchy stress: xx, yy, zz, xy, yz, xz; in 2D zz is the stress across the plane",
         ),
         value: ElementValue::SymmetricTensor(|stress| stress.mean.cauchy.0),
     },
@@ -143,8 +143,8 @@ pub const STRESS_FIELDS: &[ElementField] = &[
         quantity: Quantity::principal(
             "principal_stress",
             "Pa",
-            "principal values of the mean Cauchy stress, the largest first, tension positive; in plane strain one of \
-             them is out of the plane",
+            "principal values of the mean Cauchy stress, the largest first, tension positive; in 2D one of \
+             them is across the plane",
         ),
         value: ElementValue::Principal(|stress| stress.mean.cauchy.principal()),
     },

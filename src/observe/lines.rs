@@ -59,7 +59,7 @@ pub const LINE_COLUMNS: &[Column<LinePoint>] = &[
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[1])),
     },
     Column {
-        quantity: Quantity::number("stress_zz", "Pa", "Cauchy stress; in plane strain that out of the plane"),
+        quantity: Quantity::number("stress_zz", "Pa", "Cauchy stress; in 2D across the plane"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[2])),
     },
     Column {
@@ -67,11 +67,11 @@ pub const LINE_COLUMNS: &[Column<LinePoint>] = &[
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[3])),
     },
     Column {
-        quantity: Quantity::number("stress_yz", "Pa", "Cauchy stress; 0 in plane strain"),
+        quantity: Quantity::number("stress_yz", "Pa", "Cauchy stress; 0 in 2D"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[4])),
     },
     Column {
-        quantity: Quantity::number("stress_xz", "Pa", "Cauchy stress; 0 in plane strain"),
+        quantity: Quantity::number("stress_xz", "Pa", "Cauchy stress; 0 in 2D"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[5])),
     },
     Column {

@@ -78,6 +78,13 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     if let Some(units) = unit_note(case) {
         let _ = writeln!(text, "{units}");
     }
+    if case.is_plane_stress() {
+        let m = case.units.of("m");
+        let _ = writeln!(
+            text,
+            "plane stress: the thickness is free, forces are for a thickness of 1 {m} at rest"
+        );
+    }
     for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(locking::cures(&system, &model)) {
         describe_body(&mut text, body, size, case);
         let mut cures: Vec<String> =
@@ -208,7 +215,7 @@ fn describe_properties(text: &mut String, material: &BodyMaterial, smallest_edge
             case.units.of("1/s")
         );
     }
-    let pressure_wave = (moduli.uniaxial_strain() / density).sqrt();
+    let pressure_wave = (material.wave_modulus() / density).sqrt();
     let shear_wave = (moduli.mu / density).sqrt();
     let _ = writeln!(text, "  wave speeds: c_p {pressure_wave:.4e} {speed}, c_s {shear_wave:.4e} {speed}");
     if case.is_static() {

@@ -1,13 +1,17 @@
 //! Describes the units of a case in one line.
 
 use crate::case::Case;
+use crate::mesh::Plane;
 
 /// The units of a case that is not in SI. In the plane it includes the thickness to which forces
 /// and energies refer.
 pub(super) fn unit_note(case: &Case) -> Option<String> {
     let units = case.units;
     let plane = match case.dimension.value {
-        2 => format!("; plane strain, thickness 1 {}", units.of("m")),
+        2 => {
+            let state = if case.is_plane_stress() { Plane::Stress } else { Plane::Strain };
+            format!("; {}, thickness 1 {}", state.name(), units.of("m"))
+        }
         _ => String::new(),
     };
     let derived = ["N", "Pa", "J"].map(|unit| units.of(unit)).join(", ");

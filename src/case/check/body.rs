@@ -9,7 +9,7 @@ use crate::reader::at::At;
 impl Check<'_> {
     pub(super) fn body(&mut self, name: &At<String>, body: &Body) {
         match &body.mesh {
-            Mesh::Box(cuboid) => self.cuboid(cuboid, body.locking),
+            Mesh::Box(cuboid) => self.cuboid(cuboid, body.locking.value),
             Mesh::File(mesh) => {
                 self.found.require(!mesh.file.is_empty(), mesh.file.place, "the mesh file has no name")
             }
@@ -21,6 +21,7 @@ impl Check<'_> {
         if let Some(&Merge::Tolerance(tolerance)) = merge.map(|merge| &merge.value) {
             self.found.positive("merge.tolerance", tolerance);
         }
+        self.locking(body.locking);
         body.sets.iter().for_each(|(name, set)| self.body_set(name, set));
         body.material.check(&mut self.found);
         match body.density {
@@ -72,8 +73,26 @@ impl Check<'_> {
         }
     }
 
+    fn locking(&mut self, locking: At<Locking>) {
+        let treats = matches!(locking.value, Locking::SelectiveReduced | Locking::MeanDilatation);
+        if treats && self.case.is_plane_stress() {
+            let message =
+                format!("`{}` has no meaning under plane stress, which does not lock", locking.name());
+            self.found.say(locking.place, message);
+            self.found.cure("remove `locking`: the thickness is free, so that volume terms restrain nothing");
+        }
+    }
+
     fn viscoelasticity(&mut self, viscous: &At<Viscoelasticity>) {
         viscous.check(&mut self.found);
+        if self.case.is_plane_stress() {
+            self.found.say(
+                viscous.place,
+                "viscoelasticity is not allowed under plane stress, where the thickness would depend on the \
+                 history",
+            );
+            self.found.cure("use one layer of 3D elements with free faces, or remove the viscoelasticity");
+        }
         if self.case.time.scheme.conserves() {
             self.found.say(
                 viscous.place,

@@ -1,7 +1,7 @@
 //! States with a known solution.
 
 use super::*;
-use crate::material::{Law, LawTask};
+use crate::material::{Law, LawTask, PlaneStress, PointEnergy};
 
 fn rotation<const D: usize>(mesh: &Mesh<D>) -> Vec<f64> {
     let mut turn = [[0.0; D]; D];
@@ -50,7 +50,9 @@ fn patch<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
             volume += stress.volume;
         });
         let state = first.unwrap();
-        if formulation.kinematics == Kinematics::Finite {
+        if formulation.plane == Plane::Stress {
+            assert!(state.cauchy.0[2] == 0.0, "{kind} {formulation:?}");
+        } else if formulation.kinematics == Kinematics::Finite {
             let f =
                 nalgebra::SMatrix::<f64, D, D>::from_fn(|i, j| grad_u[i][j] + f64::from(u8::from(i == j)));
             let det = nalgebra::DMatrix::from_fn(D, D, |i, j| f[(i, j)]).determinant();
@@ -70,7 +72,10 @@ fn patch<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         }
         let everyone = vec![true; mesh.element_count()];
         let density = match formulation.kinematics {
-            Kinematics::Linear => Hooke::energy(&formulation.moduli(), &grad_u),
+            Kinematics::Linear => Hooke::energy(&formulation.own_moduli(), &grad_u),
+            Kinematics::Finite if formulation.plane == Plane::Stress => {
+                PlaneStress::new(&formulation.material).energy(&grad_u)
+            }
             Kinematics::Finite => formulation.material.accept(EnergyAt(grad_u)),
         };
         assert!((group.strain_energy(&u, &everyone) - density * volume).abs() < 1e-13, "{kind}");
@@ -144,8 +149,7 @@ fn reduced_volume_terms_cure_locking() {
             BoxShape { min: [0.0, 0.0], max: [10.0, 1.0], cells: [20, 4], element: ElementKind::Quad4 };
         let mesh = shape.mesh().unwrap();
         let material = Material::named("neo_hookean", 1000.0, 0.4999).unwrap();
-        let group =
-            group(&mesh, Formulation { material, kinematics: Kinematics::Linear, locking, density: 1.0 });
+        let group = group(&mesh, formulation(material, Kinematics::Linear, locking));
         let (_, mut k) = assemble(&mesh, &group, &vec![0.0; mesh.points.len() * 2], Terms::ALL);
         let right = surface(&mesh, &["right"]);
         let nodes = |index| right.nodes(index).to_vec();
@@ -182,12 +186,31 @@ fn von_mises_measures_shear() {
 fn plane_strain_holds_the_body_flat() {
     let mesh = distorted::<2>(ElementKind::Quad4);
     let u = affine(&mesh, &[[2e-9, 0.0], [0.0, 1e-9]]);
-    for formulation in variants(ElementKind::Quad4) {
+    for formulation in variants(ElementKind::Quad4).into_iter().filter(|f| f.plane == Plane::Strain) {
         group(&mesh, formulation).stress(&u, |_, stress| {
             assert!(
                 (stress.mean.cauchy.0[2] / (MODULI.lambda * 3e-9) - 1.0).abs() < 1e-6,
                 "{formulation:?} {stress:?}"
             );
+        });
+    }
+}
+
+/// Under plane stress uniaxial tension has the stress `E` times the strain, and thins the body by Poisson's ratio.
+#[test]
+fn plane_stress_leaves_the_thickness_free() {
+    let mesh = distorted::<2>(ElementKind::Quad4);
+    let ratio = MODULI.poisson_ratio();
+    let u = affine(&mesh, &[[1e-9, 0.0], [0.0, -ratio * 1e-9]]);
+    for formulation in variants(ElementKind::Quad4).into_iter().filter(|f| f.plane == Plane::Stress) {
+        group(&mesh, formulation).stress(&u, |_, stress| {
+            let [xx, yy, zz, ..] = stress.mean.cauchy.0;
+            assert!((xx / (MODULI.young_modulus() * 1e-9) - 1.0).abs() < 1e-6, "{formulation:?} {stress:?}");
+            assert!(yy.abs() < 1e-6 * xx && zz == 0.0, "{formulation:?} {stress:?}");
+            let thinning = stress.right_cauchy_green[2] - 1.0;
+            assert!((thinning / (-2.0 * ratio * 1e-9) - 1.0).abs() < 1e-6, "{formulation:?} {stress:?}");
+            let growth = stress.mean.det_f - 1.0;
+            assert!((growth / (1e-9 * (1.0 - 2.0 * ratio)) - 1.0).abs() < 1e-6, "{formulation:?} {stress:?}");
         });
     }
 }

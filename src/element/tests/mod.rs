@@ -11,7 +11,7 @@ mod viscous;
 
 use super::*;
 use crate::material::{Hooke, MATERIALS, Material, Moduli, NeoHookean, Part, Potential};
-use crate::mesh::{BoxShape, ElementKind, Facet, Mesh};
+use crate::mesh::{BoxShape, ElementKind, Facet, Mesh, Plane};
 use crate::taylor::{scatter, taylor_rate};
 use nalgebra::{DMatrix, DVector};
 
@@ -65,7 +65,7 @@ fn distorted<const D: usize>(kind: ElementKind) -> Mesh<D> {
 }
 
 fn formulation(material: Material, kinematics: Kinematics, locking: Locking) -> Formulation {
-    Formulation { material, kinematics, locking, density: 3.0 }
+    Formulation { material, kinematics, plane: Plane::Strain, locking, density: 3.0 }
 }
 
 /// Every law of the table with [`MODULI`].
@@ -88,6 +88,10 @@ fn variants(kind: ElementKind) -> Vec<Formulation> {
     for locking in cures.filter(|locking| *locking != Locking::Auto && locking.offered(kind)) {
         all.extend(laws().map(|law| formulation(law, Kinematics::Finite, locking)));
         all.push(formulation(neo_hookean(), Kinematics::Linear, locking));
+    }
+    if kind.dimension() == 2 {
+        let strained = all.clone().into_iter().filter(|formulation| formulation.locking == Locking::None);
+        all.extend(strained.map(|formulation| Formulation { plane: Plane::Stress, ..formulation }));
     }
     all
 }

@@ -7,8 +7,8 @@ use super::lines::{self, Card, Deck, Item};
 use super::names::{Names, Scope, without_instance};
 use super::types::{self, Class};
 use crate::error::{Result, shown};
-use crate::mesh::ElementKind;
 use crate::mesh::numbering::{MAX_NODES, Numbering};
+use crate::mesh::{ElementKind, Plane};
 
 /// Index of an element that is not solid.
 pub(super) const LEFT_OUT: u32 = u32::MAX;
@@ -27,6 +27,8 @@ pub(super) enum Target {
 /// Content of a file, with the numbers used in the file.
 #[derive(Default)]
 pub(super) struct Content {
+    /// State of plane elements.
+    plane: Plane,
     pub nodes: Numbering,
     pub points: Vec<[f64; 3]>,
     pub node_places: Vec<usize>,
@@ -173,9 +175,9 @@ enum SetForm {
     NamesOnly,
 }
 
-/// Reads a file for a mesh of dimension `dimension`.
-pub(super) fn read(deck: &mut Deck, dimension: usize) -> Result<Content> {
-    let mut content = Content::default();
+/// Reads a file for a mesh of dimension `dimension`, whose plane elements must be of the state `plane`.
+pub(super) fn read(deck: &mut Deck, dimension: usize, plane: Plane) -> Result<Content> {
+    let mut content = Content { plane, ..Content::default() };
     let mut block = Block::Skipped;
     loop {
         match deck.next(!matches!(block, Block::Skipped))? {
@@ -279,7 +281,7 @@ impl Content {
         let name = card.value("TYPE").unwrap_or_default().to_uppercase();
         let refused = |message: String| deck.error_at(card.place, format!("*ELEMENT: {message}"));
         let is = |what: &str| format!("the elements of type {} are {what}", shown(&name));
-        let kind = match types::classify(&name) {
+        let kind = match types::classify(&name, self.plane) {
             _ if name.is_empty() => return Err(refused("the type of the elements is missing".to_owned())),
             Class::Solid { kind, is_variant } if kind.dimension() == dimension => {
                 if is_variant {
@@ -292,9 +294,21 @@ impl Content {
                 return Err(refused(is("solid, but the case has dimension 2")).hint(cure));
             }
             Class::Plane(what) if dimension == 2 => {
-                let cure = "a case of dimension 2 is plane strain; if that is meant, rename the type to CPE3, CPE4, \
-                            CPE6 or CPE8 in the file";
-                return Err(refused(is(&format!("{what}, not plane strain"))).hint(cure));
+                let cure = match (self.plane, what == Plane::Stress.name()) {
+                    (Plane::Strain, true) => {
+                        "write `plane: stress` in the case; if plane strain is meant, rename the type to CPE3, \
+                         CPE4, CPE6 or CPE8 in the file"
+                    }
+                    (Plane::Strain, false) => {
+                        "a case of dimension 2 is plane strain; if that is meant, rename the type to CPE3, CPE4, \
+                         CPE6 or CPE8 in the file"
+                    }
+                    (Plane::Stress, _) => {
+                        "the case has `plane: stress`; if that is meant, rename the type to CPS3, CPS4, CPS6 or \
+                         CPS8 in the file"
+                    }
+                };
+                return Err(refused(is(&format!("{what}, not {}", self.plane.name()))).hint(cure));
             }
             Class::Unknown(what) => {
                 let known = format!("known: {}, with the suffixes R, H, I, M, S and T", types::known());

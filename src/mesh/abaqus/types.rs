@@ -1,6 +1,6 @@
 //! Element types of Abaqus and CalculiX, and the numbers of their faces.
 
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Plane};
 use ElementKind::*;
 
 /// What becomes of an element type.
@@ -9,7 +9,7 @@ pub(super) enum Class {
     /// A solid element. Its formulation differs from that of this program if it is a variant, such
     /// as one with reduced integration.
     Solid { kind: ElementKind, is_variant: bool },
-    /// A plane element that is not plane strain: the reason.
+    /// A plane element of another state across the plane: the state.
     Plane(&'static str),
     /// A solid element that this program does not have: the reason.
     Unknown(&'static str),
@@ -17,7 +17,8 @@ pub(super) enum Class {
     Other,
 }
 
-/// Types of solid elements and their kinds. Nodes are in the same order.
+/// Types of solid elements and their kinds. Nodes are in the same order. Those in plane stress begin with `CPS` in
+/// place of `CPE`.
 const SOLIDS: [(&str, ElementKind); 10] = [
     ("CPE3", Tri3),
     ("CPE4", Quad4),
@@ -35,18 +36,25 @@ const SOLIDS: [(&str, ElementKind); 10] = [
 /// improved, modified, stress at the surface, reduced dilatation.
 const VARIANTS: &str = "RHIMST";
 
-/// The class of a type in upper case.
-pub(super) fn classify(name: &str) -> Class {
+/// The class of a type in upper case, for plane elements of the state `plane`.
+pub(super) fn classify(name: &str, plane: Plane) -> Class {
+    let (solid, own) = match name.strip_prefix("CPS") {
+        Some(rest) => (format!("CPE{rest}"), Plane::Stress),
+        None => (name.to_owned(), Plane::Strain),
+    };
     for (base, kind) in SOLIDS {
-        let Some(variant) = name.strip_prefix(base) else { continue };
+        let Some(variant) = solid.strip_prefix(base) else { continue };
         if variant.chars().all(|letter| VARIANTS.contains(letter)) {
+            if kind.dimension() == 2 && own != plane {
+                return Class::Plane(own.name());
+            }
             return Class::Solid { kind, is_variant: !variant.is_empty() };
         }
     }
     let begins = |starts: &[&str]| starts.iter().any(|start| name.starts_with(start));
     let nodes = name.trim_start_matches("C3D").trim_end_matches(char::is_alphabetic);
     match name {
-        _ if begins(&["CPS"]) => Class::Plane("plane stress"),
+        _ if begins(&["CPS"]) => Class::Unknown(""),
         _ if begins(&["CPEG"]) => Class::Plane("generalised plane strain"),
         _ if begins(&["CAX", "CGAX"]) => Class::Plane("axisymmetric"),
         _ if begins(&["C3D"]) && nodes == "15" => Class::Unknown(" (a wedge of second order)"),
@@ -60,7 +68,7 @@ pub(super) fn classify(name: &str) -> Class {
 
 /// The names of all types of solid elements, for messages.
 pub(super) fn known() -> String {
-    SOLIDS.map(|(name, _)| name).join(", ")
+    SOLIDS.map(|(name, _)| name).join(", ") + ", CPS3, CPS4, CPS6, CPS8"
 }
 
 /// Face `S1`, `S2`, ... of a kind as an index into [`ElementKind::sides`].
