@@ -358,6 +358,27 @@ fn a_killed_run_leaves_its_steps() {
     assert!(u.len() >= 3 * node * steps && u.iter().all(|value| value.is_finite()));
 }
 
+/// A run that finds too little space ends with an error on all ranks, and the file keeps all steps.
+#[test]
+fn a_full_disk_leaves_the_steps() {
+    for ranks in [1, 3] {
+        let folder = Folder::new("full");
+        let text = case("format: vtkhdf").replace("[4, 4]", "[30, 30]").replace("end: 0.002", "end: 0.5");
+        folder.write("case.yml", &text);
+        // MPI needs 4 MiB.
+        let script = format!("ulimit -f 5000; mpirun -n {ranks} contact-petsc case.yml --output out --quiet");
+        let full = Running::script(ranks, &script, &folder).wait(Duration::from_secs(240));
+        assert_eq!(full.code, Some(4), "{}", full.text());
+        assert_says(&full.text(), &["fields.vtkhdf: can not write", "ulimit -f unlimited"]);
+        let file = Dump::of(&folder, "fields.vtkhdf");
+        let steps = file.steps();
+        assert!(steps > 10, "{steps}");
+        assert_eq!(file.floats("Steps/Values").len(), steps);
+        let points: i64 = file.integers("NumberOfPoints").iter().sum();
+        assert_eq!(file.floats("PointData/displacement").len(), 3 * points as usize * steps);
+    }
+}
+
 /// Unknown formats are refused with their position.
 #[test]
 fn an_unknown_format_is_refused() {

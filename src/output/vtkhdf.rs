@@ -14,13 +14,17 @@
 //! up to then, except when it is killed in the moment in which HDF5 renews its tables on the disk.
 
 use std::collections::BTreeMap;
+use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use nix::errno::Errno;
+use nix::fcntl::posix_fallocate;
 
 use super::anchor::Anchor;
 use super::fields::Ranks;
+use super::io_error::unwritable;
 use super::selection::{BODY, CONTACT, Cells, FieldSelection};
 use super::vtu::{Array, VtuPiece, VtuValues};
 use crate::error::{Error, Result, agree};
@@ -43,6 +47,11 @@ const LARGEST_CHUNK: u64 = 65_536;
 /// Rows by which the lists with one row per step or rank grow: 0.5 kB. Half of it saves nothing that
 /// can be measured, and twice of it makes the file of a short run larger by 20 kB.
 const STEP_CHUNK: u64 = 64;
+
+/// Space for HDF5's tables and the lists of steps, for each dataset and output \[bytes\]. A new node of a
+/// table is 2 to 3 kB, a new chunk of a list 0.5 kB. With half of it, outputs on a full disk are still
+/// refused in time; twice of it only refuses earlier.
+const TABLES: u64 = 16_384;
 
 /// The cure if the file of an earlier run can not be continued.
 const CURE: &str = "remove this file to resume without the fields that it holds, or start again without \
@@ -257,6 +266,12 @@ impl GridFile {
         let constant = data_datasets(&piece, 0..arrays[0], 0..arrays[1]);
         let varying =
             data_datasets(&piece, arrays[0]..piece.point_data.len(), arrays[1]..piece.cell_data.len());
+        let new_mesh = if self.mesh.is_none() { &mesh[..] } else { &[] };
+        let new_constant = if self.mesh.is_none() { &constant[..] } else { &[] };
+        let added = new_mesh.iter().chain(new_constant).chain(&varying);
+        let lists = mesh.len() + constant.len() + varying.len() + STEP_LISTS.len() + PART_LISTS.len();
+        let needed = added.map(|dataset| growth(dataset, &sizes)).sum::<u64>() + lists as u64 * TABLES;
+        agree(world, if sizes.rank == 0 { require_space(&self.path, needed) } else { Ok(()) })?;
         let begins = self.ends.is_empty();
         let file = if begins && !self.continues {
             let file = Hdf5File::create(world, &self.path)?;
@@ -381,7 +396,8 @@ impl GridFile {
     /// Removes the steps after `last_time` \[s\] from the list of steps. [`Self::trim`] removes their
     /// rows before the next step is written.
     fn resume(&mut self, world: &SimpleCommunicator, last_time: f64) -> Result<()> {
-        let mut is_there = [u8::from(self.path.exists())];
+        // A run that ended before its first output may leave an empty file.
+        let mut is_there = [u8::from(std::fs::metadata(&self.path).is_ok_and(|file| file.len() > 0))];
         world.process_at_rank(0).broadcast_into(&mut is_there[..]);
         if is_there == [0] {
             return Ok(());
@@ -458,6 +474,34 @@ impl GridFile {
         }
         Ok(())
     }
+}
+
+/// Largest growth of a file by the rows of all ranks in a dataset \[bytes\].
+fn growth(dataset: &Dataset, sizes: &Sizes) -> u64 {
+    let rows = sizes.total(dataset.of);
+    let chunk = rows.clamp(1, LARGEST_CHUNK);
+    (rows / chunk + 2) * chunk * dataset.width.numbers() * dataset.rows.number_type().bytes()
+}
+
+/// Reserves space on the disk behind the end of a file, or finds that there is none.
+///
+/// If HDF5 itself runs out of space, the steps that were written before can be lost, and ranks can
+/// wait for each other for ever. The file loses what it does not need when HDF5 closes it.
+///
+/// # Errors
+/// There is too little space. The file has not changed.
+fn require_space(path: &Path, bytes: u64) -> Result<()> {
+    let reserved = || {
+        let file = OpenOptions::new().write(true).create(true).truncate(false).open(path)?;
+        let size = file.metadata()?.len();
+        let [from, more] = [size, bytes].map(|n| i64::try_from(n).unwrap_or(i64::MAX));
+        match posix_fallocate(&file, from, more) {
+            // Some file systems can not reserve space.
+            Ok(()) | Err(Errno::EOPNOTSUPP | Errno::EINVAL) => Ok(()),
+            Err(error) => file.set_len(size).and(Err(error.into())),
+        }
+    };
+    reserved().map_err(|error: std::io::Error| unwritable(path, &error))
 }
 
 /// Lists of integers in the group `Steps`. Those of cells have a column for each kind of topology, of

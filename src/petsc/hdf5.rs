@@ -66,6 +66,7 @@ functions! {
     H5Pset_coll_metadata_write(Handle, bool) -> Code;
     H5Pset_dxpl_mpio(Handle, c_int) -> Code;
     H5Pset_chunk(Handle, c_int, *const u64) -> Code;
+    H5Pset_fill_time(Handle, c_int) -> Code;
     H5Fcreate(*const c_char, c_uint, Handle, Handle) -> Handle;
     H5Fopen(*const c_char, c_uint, Handle) -> Handle;
     H5Fflush(Handle, c_int) -> Code;
@@ -266,6 +267,17 @@ pub enum NumberType {
     UInt8,
 }
 
+impl NumberType {
+    /// Size of a number.
+    pub fn bytes(self) -> u64 {
+        match self {
+            Self::Float64 | Self::Int64 => 8,
+            Self::Int32 => 4,
+            Self::UInt8 => 1,
+        }
+    }
+}
+
 /// Rows of numbers, one row after the other.
 #[derive(Debug, Clone, Copy)]
 pub enum Rows<'a> {
@@ -325,7 +337,8 @@ pub enum Width {
 }
 
 impl Width {
-    fn numbers(self) -> u64 {
+    /// Number of numbers in a row.
+    pub fn numbers(self) -> u64 {
         match self {
             Self::List => 1,
             Self::Table(width) => width,
@@ -628,29 +641,36 @@ impl<'a> Hdf5File<'a> {
     /// The disk can not be written.
     pub fn create_dataset(&self, name: &str, kind: NumberType, width: Width, chunk: u64) -> Result<()> {
         let functions = &self.hdf5.functions;
-        let made = (|| {
-            let text = c_text(name)?;
-            let none = width.sizes(0);
-            let most = width.sizes(UNLIMITED);
-            let chunk = width.sizes(chunk.max(1));
-            // SAFETY: the arrays have at least as many entries as there are dimensions.
-            let space =
-                unsafe { (functions.H5Screate_simple)(width.dimensions(), none.as_ptr(), most.as_ptr()) };
-            let space = Owned::new(functions, "create a space", space, functions.H5Sclose)?;
-            // SAFETY: the class exists since the library has started.
-            let list = unsafe { (functions.H5Pcreate)(self.hdf5.of_datasets) };
-            let list = Owned::new(functions, "create a property list", list, functions.H5Pclose)?;
-            // SAFETY: the list is open, and the array has an entry for each dimension.
-            let code = unsafe { (functions.H5Pset_chunk)(list.handle, width.dimensions(), chunk.as_ptr()) };
-            done(functions, "set the size of chunks", code)?;
-            // SAFETY: all handles are open, and the name ends with a zero.
-            let dataset = unsafe {
-                let (file, kind) = (self.file.handle, self.kind(kind));
-                let name = text.as_ptr();
-                (functions.H5Dcreate2)(file, name, kind, space.handle, DEFAULT, list.handle, DEFAULT)
-            };
-            Owned::new(functions, &format!("create {name}"), dataset, functions.H5Dclose).map(|_| ())
-        })();
+        let made =
+            (|| {
+                let text = c_text(name)?;
+                let none = width.sizes(0);
+                let most = width.sizes(UNLIMITED);
+                let chunk = width.sizes(chunk.max(1));
+                // SAFETY: the arrays have at least as many entries as there are dimensions.
+                let space =
+                    unsafe { (functions.H5Screate_simple)(width.dimensions(), none.as_ptr(), most.as_ptr()) };
+                let space = Owned::new(functions, "create a space", space, functions.H5Sclose)?;
+                // SAFETY: the class exists since the library has started.
+                let list = unsafe { (functions.H5Pcreate)(self.hdf5.of_datasets) };
+                let list = Owned::new(functions, "create a property list", list, functions.H5Pclose)?;
+                // SAFETY: the list is open, and the array has an entry for each dimension. 1 is
+                // `H5D_FILL_TIME_NEVER`: new rows are not filled before they are written. Filling takes as long
+                // as writing, and if the disk is full, ranks wait in it for the one that fails.
+                let code =
+                    unsafe {
+                        (functions.H5Pset_chunk)(list.handle, width.dimensions(), chunk.as_ptr())
+                            .min((functions.H5Pset_fill_time)(list.handle, 1))
+                    };
+                done(functions, "set the size of chunks", code)?;
+                // SAFETY: all handles are open, and the name ends with a zero.
+                let dataset = unsafe {
+                    let (file, kind) = (self.file.handle, self.kind(kind));
+                    let name = text.as_ptr();
+                    (functions.H5Dcreate2)(file, name, kind, space.handle, DEFAULT, list.handle, DEFAULT)
+                };
+                Owned::new(functions, &format!("create {name}"), dataset, functions.H5Dclose).map(|_| ())
+            })();
         self.agreed(made)
     }
 
