@@ -47,7 +47,7 @@ fn check_tells_what_is_not_modelled() {
     let told = say(&text
         .replace("time: { end: 0.002, step: 5.0e-4 }", statics)
         .replace("stick_velocity: 1.0e-3", "stick_stiffness: 1.0e9"));
-    assert_says(&told, &["accuracy.penetration; for the pressure only, stick uses its return map"]);
+    assert_says(&told, &["accuracy.penetration and accuracy.slip"]);
 }
 
 /// Elements that lock without a locking treatment are reported, by a run and by `check`. `check`
