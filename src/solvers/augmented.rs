@@ -1,7 +1,7 @@
 //! Augmented Lagrange: meets the requested penetration and slip by multipliers instead of ever stiffer
 //! laws.
 //!
-//! `t_n = <lambda - g / eps_n>` (2.24) and the return map (2.40) are solved with fixed `lambda`. The
+//! `t_n = <lambda - g / eps_n>` (2.24) and the return map (2.41) are solved with fixed `lambda`. The
 //! resulting pressure and friction are the next `lambda` (Uzawa), until the remaining gap and elastic
 //! slip at closed points are small enough. Each update reduces them by about the ratio of the stiffness
 //! of the bodies to that of the law. Each step starts with the multipliers of the last one.

@@ -214,7 +214,7 @@ pub fn tractions<const D: usize>(
 }
 
 /// Stick by the return map, whose elastic slip a multiplier may take away:
-/// `t = R (lambda - k e_old) - k ds` (2.40).
+/// `t = R (lambda - k e_old) - k ds` (2.41).
 struct ElasticStick<const D: usize> {
     /// `1 / k` \[m/Pa\]; zero in the velocity form and without friction.
     compliance: f64,
