@@ -282,7 +282,7 @@ fn what_plane_stress_excludes_is_refused() {
         ),
         (
             solid(law, 0.1).replace("dimension: 3\n", "dimension: 3\nplane: stress\n"),
-            ["case.yml:3:8", "`plane` is the state of a 2D case", "`dimension: 2`"],
+            ["case.yml:3:8", "`plane` is for 2D", "`dimension: 2`"],
         ),
         (
             plain.replace(&material, &format!("{material}    locking: mean_dilatation\n")),

@@ -310,7 +310,8 @@ tagged!(Plane, "state across the plane");
 #[schemars(rename = "Locking")]
 pub enum Locking {
     /// `selective_reduced` on quadrilaterals and hexahedra if Poisson's ratio is at least 0.45,
-    /// otherwise `none`; `none` under plane stress, where the thickness is free. Triangles, tetrahedra, wedges and pyramids do not support it: at such a
+    /// otherwise `none`; `none` under plane stress, where the thickness is free. Triangles, tetrahedra,
+    /// wedges and pyramids do not support it: at such a
     /// ratio tri3, tet4, wedge6 and pyramid5 cause a warning.
     #[default]
     Auto,

@@ -60,7 +60,7 @@ impl Check<'_> {
 
     fn plane(&mut self) {
         if let (Some(plane), Some(3)) = (&self.case.plane, self.dimension) {
-            self.found.say(plane.place, "`plane` is the state of a 2D case, the case has 3D");
+            self.found.say(plane.place, "`plane` is for 2D, but `dimension` is 3");
             self.found.cure("remove it, or set `dimension: 2`");
         }
     }

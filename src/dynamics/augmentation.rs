@@ -12,17 +12,19 @@ pub struct Shortfall {
     pub length: f64,
     /// Name of the length.
     pub name: &'static str,
+    /// The key of the case that limits it.
+    pub key: &'static str,
 }
 
 impl Shortfall {
     /// Of a penetration, or of a gap under pressure \[m\].
     pub fn penetration(length: f64, tolerance: f64) -> Self {
-        Self { ratio: length / tolerance, length, name: "gap or penetration" }
+        Self { ratio: length / tolerance, length, name: "gap or penetration", key: "accuracy.penetration" }
     }
 
     /// Of an elastic slip \[m\].
     pub fn slip(length: f64, tolerance: f64) -> Self {
-        Self { ratio: length / tolerance, length, name: "elastic slip" }
+        Self { ratio: length / tolerance, length, name: "elastic slip", key: "accuracy.slip" }
     }
 
     /// The one with the larger ratio.

@@ -77,7 +77,7 @@ impl PlaneStress {
         material.accept(Reduce)
     }
 
-    /// `H_33` at a displacement gradient in the plane; NaN if there is no thickness without a stress.
+    /// `H_33` at a displacement gradient in the plane; NaN if no thickness makes `S_33` zero.
     pub fn thickness(&self, grad_u: &Square<f64, 2>) -> f64 {
         self.0.evaluate(grad_u[0][0].kind(), Wanted::Thickness, &pack(grad_u)).value[0]
     }
@@ -170,7 +170,7 @@ const LONGEST: f64 = 1.0;
 const STILL: f64 = 1e-24;
 
 impl<K: PointLaw + ?Sized> InSpace<K> {
-    /// The displacement gradient in space whose `S_33` is zero; NaN if there is none.
+    /// The displacement gradient in space whose `S_33` is zero; NaN if no thickness makes it zero.
     ///
     /// The unknown is the logarithm `x` of the thickness, and the function `(1 + H_33)^2 S_33`, which grows with
     /// `x`. The start is the solution at small logarithmic strain.
@@ -327,7 +327,7 @@ impl Search {
         self.logarithm[lane] = next;
     }
 
-    /// The logarithms; NaN where none was found.
+    /// The logarithms; NaN where the search failed.
     fn found(&self) -> Pack {
         let mut out = self.logarithm;
         for lane in 0..WIDTH {

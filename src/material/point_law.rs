@@ -21,8 +21,8 @@ pub trait PointLaw: PointEnergy {
     /// [`Law::StepTangent`].
     type StepTangent<T: Real, const D: usize>: Copy;
 
-    /// [`Law::reserve`] at a gradient whose stress is known. A law whose stress is the solution of an equation may
-    /// read from the stress that there is none.
+    /// [`Law::reserve`] at a gradient whose stress is known. If the stress is the solution of
+    /// an equation, NaN there means that the equation has no solution.
     fn reserve<T: LaneWise, const D: usize>(
         &self,
         grad_u: &Square<T, D>,

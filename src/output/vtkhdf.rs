@@ -483,7 +483,7 @@ fn growth(dataset: &Dataset, sizes: &Sizes) -> u64 {
     (rows / chunk + 2) * chunk * dataset.width.numbers() * dataset.rows.number_type().bytes()
 }
 
-/// Reserves space on the disk behind the end of a file, or finds that there is none.
+/// Reserves space on the disk behind the end of a file.
 ///
 /// If HDF5 itself runs out of space, the steps that were written before can be lost, and ranks can
 /// wait for each other for ever. The file loses what it does not need when HDF5 closes it.

@@ -150,9 +150,9 @@ fn library() -> Result<&'static Hdf5> {
 
 fn start(address: impl Fn(&CStr) -> Option<*mut c_void>) -> std::result::Result<Hdf5, String> {
     let functions = Library::find(&address)
-        .map_err(|name| format!("the PETSc of this machine has none (no function {name})"))?;
+        .map_err(|name| format!("PETSc is linked without it (there is no function {name})"))?;
     let [mut major, mut minor, mut patch] = [0; 3];
-    // SAFETY: the function writes three numbers. The error stack takes no function and no data for none.
+    // SAFETY: the function writes three numbers. Null pointers turn off the printing of errors.
     let is_started = unsafe {
         (functions.H5open)() >= 0
             && (functions.H5get_libversion)(&mut major, &mut minor, &mut patch) >= 0
@@ -312,7 +312,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Whether there are no numbers, as on a rank that owns nothing.
+    /// Whether the list is empty, as on a rank that owns nothing.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -647,7 +647,7 @@ impl<'a> Hdf5File<'a> {
                 let none = width.sizes(0);
                 let most = width.sizes(UNLIMITED);
                 let chunk = width.sizes(chunk.max(1));
-                // SAFETY: the arrays have at least as many entries as there are dimensions.
+                // SAFETY: the arrays have an entry for each dimension.
                 let space =
                     unsafe { (functions.H5Screate_simple)(width.dimensions(), none.as_ptr(), most.as_ptr()) };
                 let space = Owned::new(functions, "create a space", space, functions.H5Sclose)?;

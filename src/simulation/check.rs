@@ -19,7 +19,7 @@ use crate::case::Case;
 use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
 use crate::element::Kinematics;
-use crate::error::Result;
+use crate::error::{Result, agree};
 use crate::material::PronySeries;
 use crate::mesh::ElementKind;
 use crate::model::{Body, BodyMaterial, ContactModel, Model, RayleighFactors};
@@ -41,7 +41,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     share_surfaces(session, case)?;
     let model = Model::<D>::new(case)?;
     derived::require_columns(case, &model, None)?;
-    field_output::require_format(case)?;
+    agree(world, field_output::require_format(case))?;
     let Share { local, partition, remarks: of_meshes } = share_out(session, case, &model)?;
     let themselves = if session.size() == 1 { self_contact::remarks(&local, &model) } else { Vec::new() };
     let sizes = sizes(world, &local, model.bodies.len());

@@ -159,7 +159,10 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
         }
         Trouble::Numbers => TOO_LARGE.to_owned(),
         Trouble::Motion => format!("try {shorter}, or a larger `time.cuts`"),
-        Trouble::Multipliers => format!("try a larger {}, or {shorter}", corrected(case)),
+        Trouble::Multipliers => format!(
+            "allow more there, give that contact a larger stick_stiffness or a smaller compliance, or try \
+             {shorter}"
+        ),
         Trouble::Sweeps => format!(
             "try strategy: monolithic, which does not depend on the coefficient of friction, or {shorter}"
         ),
@@ -171,16 +174,6 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
             let limit = if is_loaded(case) { BEYOND_A_LIMIT_LOAD } else { "" };
             format!("try {shorter}{softer}{damped}{more}{limit}")
         }
-    }
-}
-
-/// The tolerances that multipliers meet.
-fn corrected(case: &Case) -> &'static str {
-    let accuracy = case.accuracy.as_ref().map(|accuracy| accuracy.value);
-    match accuracy.map(|accuracy| (accuracy.penetration.is_some(), accuracy.slip.is_some())) {
-        Some((false, true)) => "accuracy.slip",
-        Some((true, true)) => "accuracy.penetration or accuracy.slip",
-        _ => "accuracy.penetration",
     }
 }
 

@@ -93,7 +93,7 @@ impl<const D: usize> Ready<D> {
         let keeper = CheckpointPolicy::new(session, case, place)?;
         let model = Model::<D>::new(case)?;
         derived::require_columns(case, &model, None)?;
-        field_output::require_format(case)?;
+        agree(session.world(), field_output::require_format(case))?;
         let mut saved = Saved::find::<D>(session, case, place)?;
         let Share { local, partition, remarks } = share_out(session, case, &model)?; // METIS
         let scheme = options::scheme(&case.time);

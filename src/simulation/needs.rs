@@ -185,20 +185,17 @@ pub fn needs<const D: usize>(
 /// Whether contact points have multipliers.
 fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D>) -> (bool, String) {
     let asked = case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
-    if system.limits_elastic_slip() {
-        return (
-            true,
-            if asked { "accuracy.penetration and accuracy.slip" } else { "accuracy.slip" }.to_owned(),
-        );
-    }
-    let why = match (t.contact, asked, smallest_tolerance(system).is_some()) {
+    let limited = smallest_tolerance(system).is_some();
+    let why = match (t.contact, asked, limited) {
         (false, ..) => "no contact",
+        _ if system.limits_elastic_slip() && limited => "accuracy.penetration and accuracy.slip",
+        _ if system.limits_elastic_slip() => "accuracy.slip",
         (_, false, _) => "no accuracy.penetration",
         (.., false) => "laws and scheme define the penetration, which is reported",
         _ if t.dynamic => "accuracy.penetration, with an increased penalty",
         _ => "accuracy.penetration",
     };
-    (smallest_tolerance(system).is_some(), why.to_owned())
+    (limited || system.limits_elastic_slip(), why.to_owned())
 }
 
 /// Whether nodes in contact have no mass.

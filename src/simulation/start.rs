@@ -325,10 +325,7 @@ fn no_equilibrium<const D: usize>(
     let mut cure = match (crushed(system, model), report.trouble) {
         (Some(crushed), _) => crushed,
         (None, _) if beyond && error.cause != Cause::Guard => TOO_LARGE.to_owned(),
-        (None, Trouble::Multipliers) => {
-            let slip = if system.limits_elastic_slip() { " or accuracy.slip" } else { "" };
-            format!("request a larger accuracy.penetration{slip}, or use more increments")
-        }
+        (None, Trouble::Multipliers) => "allow more there, or use more increments".to_owned(),
         (None, _) => cause.unwrap_or_else(|| "use more increments, or start: { rest: {} }".to_owned()),
     };
     if !free.is_empty() {

@@ -69,9 +69,10 @@ impl Strategy for Augmented {
                     report,
                     format!(
                         "the {} of contact points is {:.2e} {m} after {update} updates of the multipliers, \
-                         but {:.2e} {m} was requested",
+                         but {} allows {:.2e} {m}",
                         left.name,
                         left.length,
+                        left.key,
                         left.length / left.ratio
                     ),
                 ));

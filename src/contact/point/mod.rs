@@ -1,13 +1,16 @@
 //! The laws at one contact point: tractions and their derivatives by gap, slip and normal.
 
+mod elastic_stick;
 pub mod joint;
 mod state;
 pub mod step;
 
 pub use state::{PointState, Status};
 
+use elastic_stick::ElasticStick;
+
 use super::damping::{ActiveDamping, Closing, ContactDamping, DampedNormal};
-use super::friction::traction::{Branch, FrictionTraction, Slip, rotate};
+use super::friction::traction::{Branch, FrictionTraction, Slip};
 use super::friction::{Bound, Friction, Pressed};
 use super::history::History;
 use super::normal::{NormalLaw, NormalResponse};
@@ -211,45 +214,6 @@ pub fn tractions<const D: usize>(
         by_normal: answer.by_normal + slip.projected_velocity_by_normal() * (-viscosity * part),
     };
     (state, Some(slopes))
-}
-
-/// Stick by the return map, whose elastic slip a multiplier may take away:
-/// `t = R (lambda - k e_old) - k ds` (2.41).
-struct ElasticStick<const D: usize> {
-    /// `1 / k` \[m/Pa\]; zero in the velocity form and without friction.
-    compliance: f64,
-    /// `lambda` at the start of the step \[Pa\]; `None` if friction is not augmented.
-    multiplier: Option<Vector<D>>,
-    /// Elastic slip at the start of the step \[m\].
-    slip: Vector<D>,
-}
-
-impl<const D: usize> ElasticStick<D> {
-    fn new(law: &ContactLaw, history: &History<D>, manner: &Manner<D>) -> Self {
-        let stiffness = law.friction.and_then(|friction| friction.regularization.stiffness());
-        let compliance = stiffness.map_or(0.0, |stiffness| 1.0 / stiffness.value);
-        let multiplier = manner.multiplier.filter(|_| compliance > 0.0);
-        Self { compliance, multiplier, slip: history.elastic_slip }
-    }
-
-    /// Traction from which the return map starts: that at the end of the last step, or the
-    /// multiplier without what the elastic slip takes away.
-    fn old_traction(&self, history: &History<D>) -> Vector<D> {
-        self.multiplier
-            .map_or(history.friction_traction, |multiplier| multiplier - self.slip / self.compliance)
-    }
-
-    /// Elastic slip at the end, and the traction at the end carried back to the start.
-    fn ends(&self, traction: &Vector<D>, slip: &Slip<'_, D>) -> [Vector<D>; 2] {
-        match self.multiplier {
-            Some(multiplier) => {
-                let held = rotate(&multiplier, slip.old_normal, slip.normal).0;
-                let back = rotate(traction, slip.normal, slip.old_normal).0;
-                [(held - traction) * self.compliance, back]
-            }
-            None => [traction * -self.compliance, Vector::zeros()],
-        }
-    }
 }
 
 /// Energy stored at a closed point. A pushing multiplier does no work if the gap is exactly zero.
