@@ -138,6 +138,8 @@ pub struct FreeBodyModel<const D: usize> {
     pub rotation: Option<([f64; 3], PlacedFunction)>,
     /// Force at the centre of mass \[N\].
     pub force: [Option<PlacedFunction>; D],
+    /// Stiffness of the springs at the centre of mass \[N/m\].
+    pub stiffness: Coefficients<D>,
     /// Torque in space \[N m\].
     pub torque: [Option<PlacedFunction>; 3],
     /// Acceleration of gravity \[m/s2\], one function per direction, or none.
@@ -340,6 +342,8 @@ pub enum Grounded {
     Surface,
     /// Each node of a set.
     Nodes,
+    /// The centre of mass of the free rigid body with this index.
+    FreeBody(usize),
 }
 
 /// Coefficients by direction, constant in time; without a function they are zero.

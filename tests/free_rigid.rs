@@ -435,3 +435,107 @@ fn a_free_body_resumes() {
         }
     }
 }
+
+/// A free disc far from a block, on springs and a dashpot.
+fn on_springs(free: &str, time: &str) -> String {
+    format!(
+        "dimension: 2
+bodies:
+  block:
+    mesh: {{ box: {{ min: [0, -1], max: [1, 0], cells: [2, 2] }} }}
+    material: {{ saint_venant_kirchhoff: {{ young_modulus: 1.0e+7, poisson_ratio: 0.3 }} }}
+    density: 1000
+rigid:
+  disc:
+    shape: {{ sphere: {{ center: [0.5, 1], radius: 0.1 }} }}
+    free: {{ mass: 2, inertia: [0.01], fixed: [rz], {free} }}
+contact: {{ far: {{ contactor: block.top, target: disc, friction: none }} }}
+boundary: {{ clamp: {{ on: block.bottom, displacement: {{ x: 0, y: 0 }} }} }}
+time: {time}
+output: {{ fields: {{ every: 100000 }}, checkpoint: {{ every: 50, keep: 10 }} }}
+"
+    )
+}
+
+/// A rigid body on a spring and a dashpot is the damped oscillator, to the second order of the scheme.
+/// Its energy is in the ledger and its force in `reactions.csv`. Results are the same on several ranks.
+#[test]
+fn a_body_on_a_spring_oscillates() {
+    let free = "spring: { stiffness: { x: 800, y: 200 }, damping: { x: 8 } }, initial_velocity: [3, 0]";
+    let run = |step: f64, ranks| {
+        let time = format!("{{ end: 0.5, step: {step}, scheme: {{ newmark: {{}} }} }}");
+        Results::of(&on_springs(free, &time), ranks)
+    };
+    let (omega, xi) = (20.0f64, 0.1f64);
+    let damped = omega * (1.0 - xi * xi).sqrt();
+    let exact = |t: f64| 3.0 / damped * (-xi * omega * t).exp() * (damped * t).sin();
+    let error = |results: &Results| (results.table("rigid.csv").last("position_x") - 0.5 - exact(0.5)).abs();
+    let [coarse, fine] = [5e-3, 2.5e-3].map(|step| run(step, 1));
+    let ratio = error(&coarse) / error(&fine);
+    assert!(error(&coarse) < 2e-3 && (3.7..4.3).contains(&ratio), "{:e}, {ratio}", error(&coarse));
+    let energy = coarse.table("energy.csv");
+    let u = coarse.table("rigid.csv").last("position_x") - 0.5;
+    assert!((energy.last("springs") / (400.0 * u * u) - 1.0).abs() < 1e-9);
+    let whole = energy.last("total") + energy.last("damping_dissipated");
+    assert!((whole / 9.0 - 1.0).abs() < 1e-9, "{whole} of 9 J");
+    let reactions = coarse.table("reactions.csv");
+    let row = reactions.texts("boundary").iter().rposition(|name| *name == "disc.spring").expect("a row");
+    let v = coarse.table("rigid.csv").last("velocity_x");
+    let force = -800.0 * u - 8.0 * v;
+    assert!((reactions.numbers("force_x")[row] / force - 1.0).abs() < 1e-9);
+    let several = run(5e-3, 3);
+    let apart = several.table("rigid.csv").last("position_x") - 0.5 - u;
+    assert!(apart.abs() < 1e-12, "{apart:e}");
+}
+
+/// In statics springs hold a free body along their directions, and a direction without any is named.
+#[test]
+fn springs_hold_a_free_body_in_statics() {
+    let text = |stiffness: &str| {
+        let free = format!("spring: {{ stiffness: {stiffness} }}, force: {{ x: '40 * t', y: '-10 * t' }}");
+        on_springs(&free, "{ end: 1, scheme: { static: { increments: 2 } } }")
+    };
+    for ranks in [1, 3] {
+        let rigid = Results::of(&text("{ x: 800, y: 200 }"), ranks).table("rigid.csv");
+        let [x, y] = ["position_x", "position_y"].map(|name| rigid.last(name));
+        assert!((x - 0.55).abs() < 1e-12 && (y - 0.95).abs() < 1e-12, "{x} {y}");
+    }
+    let folder = Folder::new("springs");
+    folder.write("case.yml", &text("{ x: 800 }"));
+    let output = run(1, &["case.yml", "-q"], &folder);
+    assert_eq!(output.code, Some(5), "{}", output.text());
+    assert!(output.text().contains("the motion of 'disc' along -y"), "{}", output.text());
+}
+
+/// In space the springs act along the fixed axes while the body turns.
+#[test]
+fn springs_of_a_ball_do_not_turn_with_it() {
+    let text = "dimension: 3
+bodies:
+  block:
+    mesh: { box: { min: [0, 0, -1], max: [1, 1, 0], cells: [1, 1, 1] } }
+    material: { saint_venant_kirchhoff: { young_modulus: 1.0e+7, poisson_ratio: 0.3 } }
+    density: 1000
+rigid:
+  ball:
+    shape: { sphere: { center: [0.5, 0.5, 1], radius: 0.1 } }
+    free:
+      mass: 2
+      inertia: [0.01, 0.02, 0.03]
+      initial_velocity: [3, 0, 0]
+      initial_spin: [5, 40, 3]
+      spring: { stiffness: { x: 800, y: 50, z: 3000 } }
+contact: { far: { contactor: block.top, target: ball, friction: none } }
+boundary: { clamp: { on: block.bottom, displacement: { x: 0, y: 0, z: 0 } } }
+time: { end: 0.5, step: 1.0e-3, scheme: { newmark: {} } }
+output: { fields: { every: 100000 } }
+";
+    let [alone, several] = [1, 2].map(|ranks| Results::of(text, ranks).table("rigid.csv"));
+    let x = alone.last("position_x") - 0.5;
+    assert!((x - 3.0 / 20.0 * 10.0f64.sin()).abs() < 1e-4, "{x}");
+    for axis in ["y", "z"] {
+        let moved = alone.last(&format!("position_{axis}")) - if axis == "y" { 0.5 } else { 1.0 };
+        assert!(moved.abs() < 1e-12, "{axis}: {moved:e}");
+    }
+    assert!((several.last("position_x") - 0.5 - x).abs() < 1e-12);
+}

@@ -165,7 +165,14 @@ impl<const D: usize> Bodies<D> {
         let held = &supports.dofs.held;
         let materials = ElementMaterials::new(&model.bodies, &local.mesh);
         let solids = agree(world, solids(&local, &physics(model), materials.indices(), &pattern, held))?;
-        let elastic = ElasticSupports::new(&model.elastic_supports, &local, &pattern, held, inertia);
+        let elastic = ElasticSupports::new(
+            &model.elastic_supports,
+            &free_rigid.nodes(),
+            &local,
+            &pattern,
+            held,
+            inertia,
+        );
         let elastic = agree(world, elastic)?;
         let ties = Ties::new(&local, &model.ties, &pattern, held);
         let redistribution =

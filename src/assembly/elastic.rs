@@ -77,12 +77,14 @@ pub struct ElasticSupports<const D: usize> {
 }
 
 impl<const D: usize> ElasticSupports<D> {
-    /// Resolves the supports on the rank's mesh. Without `inertia` there are no dashpots.
+    /// Resolves the supports on the rank's mesh. Without `inertia` there are no dashpots. `free_nodes` are
+    /// the nodes of the free rigid bodies on the rank that owns them.
     ///
     /// # Errors
     /// A set does not exist, or a coefficient is not finite or negative at a point.
     pub(super) fn new(
         given: &[ElasticSupport<D>],
+        free_nodes: &[Option<[u32; 2]>],
         local: &LocalMesh<D>,
         pattern: &BlockPattern,
         held: &Held<D>,
@@ -94,7 +96,14 @@ impl<const D: usize> ElasticSupports<D> {
             let coefficients = [&support.stiffness, damping];
             let patches = match support.on {
                 Grounded::Surface => facets(local, support, coefficients, pattern, held)?,
-                Grounded::Nodes => vec![nodes(local, support, coefficients, pattern, held)?],
+                Grounded::Nodes => {
+                    let nodes = owned_nodes(local, support)?;
+                    vec![springs_at(local, nodes, coefficients, pattern, held)?]
+                }
+                Grounded::FreeBody(index) => {
+                    let centre = free_nodes[index].map(|[centre, _]| centre);
+                    vec![springs_at(local, centre.into_iter().collect(), coefficients, pattern, held)?]
+                }
             };
             Ok(LocalElastic::new::<D>(support.name.clone(), patches, &local.index))
         });
@@ -334,19 +343,23 @@ fn facets<const D: usize>(
     widths.into_iter().map(patch).collect()
 }
 
-/// The nodes of a set with a spring and a dashpot each.
-fn nodes<const D: usize>(
-    local: &LocalMesh<D>,
-    support: &ElasticSupport<D>,
-    [stiffness, damping]: [&Coefficients<D>; 2],
-    pattern: &BlockPattern,
-    held: &Held<D>,
-) -> Result<Patch> {
+/// The owned nodes of the set of a support.
+fn owned_nodes<const D: usize>(local: &LocalMesh<D>, support: &ElasticSupport<D>) -> Result<Vec<u32>> {
     let Some(nodes) = local.mesh.set_nodes(&support.set) else {
         let message = format!("boundary '{}': there is no set '{}'", support.name, support.set);
         return Err(Error::case(message));
     };
-    let nodes: Vec<u32> = nodes.into_iter().filter(|&node| local.index.owns(node)).collect();
+    Ok(nodes.into_iter().filter(|&node| local.index.owns(node)).collect())
+}
+
+/// A spring and a dashpot at each of these owned nodes.
+fn springs_at<const D: usize>(
+    local: &LocalMesh<D>,
+    nodes: Vec<u32>,
+    [stiffness, damping]: [&Coefficients<D>; 2],
+    pattern: &BlockPattern,
+    held: &Held<D>,
+) -> Result<Patch> {
     let [mut of_springs, mut of_dashpots, mut felt] = [const { Vec::new() }; 3];
     for &node in &nodes {
         let point = &local.mesh.points[node as usize];

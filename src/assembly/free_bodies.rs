@@ -104,6 +104,14 @@ impl<const D: usize> FreeBody<D> {
         !rotates
     }
 
+    /// Whether nothing but contact resists an unknown: it is not prescribed, and has no spring.
+    fn is_loose(&self, node: usize, component: usize) -> bool {
+        let directions = self.model.stiffness.directions(&self.rigid.centre.into(), &Vector::zeros());
+        // A coefficient that is not valid has been reported.
+        let sprung = node == 0 && directions.is_ok_and(|matrix| matrix[(component, component)] > 0.0);
+        !self.is_held(node, component) && !sprung
+    }
+
     /// Prescribed value of an unknown as a function of time and a factor; `None` for zero.
     fn drive(&self, node: usize, component: usize) -> Option<(&PlacedFunction, f64)> {
         if node == 0 {
@@ -223,6 +231,11 @@ impl<const D: usize> FreeBodies<D> {
                 }
             }
         }
+    }
+
+    /// Local nodes of each body, displacement and rotation; `None` on ranks that do not own them.
+    pub fn nodes(&self) -> Vec<Option<[u32; 2]>> {
+        self.bodies.iter().map(|body| body.nodes).collect()
     }
 
     /// The bodies whose nodes this rank owns.
@@ -477,11 +490,11 @@ impl<const D: usize> FreeBodies<D> {
         }
     }
 
-    /// Number of unknowns that are not prescribed, and the words for messages, of each body.
+    /// Number of unknowns that only contact resists, and the words for messages, of each body.
     pub fn free_directions(&self) -> Vec<(usize, String)> {
         let words = |body: &FreeBody<D>| {
-            let moves = (0..D).filter(|&i| !body.is_held(0, i)).map(|i| ["x", "y", "z"][i].to_owned());
-            let turns = (0..D).filter(|&i| !body.is_held(1, i));
+            let moves = (0..D).filter(|&i| body.is_loose(0, i)).map(|i| ["x", "y", "z"][i].to_owned());
+            let turns = (0..D).filter(|&i| body.is_loose(1, i));
             let turns = turns.map(|i| format!("r{}", ["x", "y", "z"][FreeRigid::<D>::axis(i)]));
             let all: Vec<String> = moves.chain(turns).collect();
             (all.len(), format!("'{}' along {}", body.name, all.join(", ")))
@@ -497,7 +510,7 @@ impl<const D: usize> FreeBodies<D> {
         let mut motions = Vec::new();
         for (number, body) in self.bodies.iter().enumerate() {
             for k in 0..2 {
-                for i in (0..D).filter(|&i| !body.is_held(k, i)) {
+                for i in (0..D).filter(|&i| body.is_loose(k, i)) {
                     let mut field = pattern.like()?;
                     field.set(0.0);
                     if let Some(nodes) = body.nodes {

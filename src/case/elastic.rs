@@ -56,15 +56,16 @@ impl<const KG: i8, const M: i8, const S: i8> Directional<KG, M, S> {
     }
 }
 
-/// A spring and a dashpot between each node of a set and the ground. They exert the force `-k u - c v`,
-/// with the displacement `u` and the velocity `v` of the node.
+/// A spring and a dashpot between the ground and each node of a set, or the centre of mass of a free
+/// rigid body. They exert the force `-k u - c v`, with the displacement `u` and the velocity `v` of that
+/// point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
-    /// Stiffness at each node \[N/m\], >= 0, without t.
+    /// Stiffness of each \[N/m\], >= 0, without t.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<At<Components<1, 0, -2>>>,
-    /// Viscosity at each node [N s/m], >= 0, without t. The static scheme has no velocities and refuses
+    /// Viscosity of each [N s/m], >= 0, without t. The static scheme has no velocities and refuses
     /// it; a static start ignores it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<At<Components<1, 0, -1>>>,

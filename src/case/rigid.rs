@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::components::Components;
+use super::elastic::Spring;
 use crate::contact::obstacle::Obstacle;
 use crate::reader::at::At;
 use crate::reader::function::{Function, Varying, VaryingAcceleration, VaryingNumber};
@@ -58,6 +59,10 @@ pub struct FreeMotion {
     /// Torque [N m, per metre of depth in 2D]; z only in 2D. Its direction is fixed in space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque: Option<At<Components<1, 2, -2>>>,
+    /// Springs and dashpots between the centre of mass and the ground along the axes x, y, z, which do
+    /// not turn with the body. They exert the force `-k u - c v` [per metre of depth in 2D].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring: Option<At<Spring>>,
     /// Acceleration of gravity \[m/s2\], one entry per direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<At<Vec<VaryingAcceleration>>>,

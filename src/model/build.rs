@@ -46,6 +46,7 @@ impl<const D: usize> Model<D> {
             probes: Vec::new(),
             lines: Vec::new(),
         };
+        model.elastic_supports.extend(springs_of_free_bodies(case));
         for (name, boundary) in case.boundary.iter() {
             for action in boundary.actions() {
                 model.add(case, name, &boundary.on, action);
@@ -275,6 +276,21 @@ fn rigid<const D: usize>(case: &Case) -> Vec<RigidModel<D>> {
     all
 }
 
+/// The springs and dashpots at free rigid bodies.
+fn springs_of_free_bodies<const D: usize>(case: &Case) -> impl Iterator<Item = ElasticSupport<D>> {
+    let bodies = case.rigid.iter().filter_map(|(name, body)| Some((name, body.free.as_ref()?)));
+    bodies.enumerate().filter_map(|(index, (name, free))| {
+        let case::Spring { stiffness, damping } = &free.spring.as_ref()?.value;
+        Some(ElasticSupport {
+            name: format!("{}.spring", name.value),
+            set: name.value.clone(),
+            on: Grounded::FreeBody(index),
+            stiffness: of_axes(case, stiffness.as_deref().map(Components::as_array)),
+            damping: of_axes(case, damping.as_deref().map(Components::as_array)),
+        })
+    })
+}
+
 /// A rigid body that forces move.
 fn free_body<const D: usize>(case: &Case, body: &case::Rigid, free: &case::FreeMotion) -> FreeBodyModel<D> {
     let numbers = |list: Option<Vec<f64>>| -> Vec<f64> { list.unwrap_or_default() };
@@ -306,6 +322,10 @@ fn free_body<const D: usize>(case: &Case, body: &case::Rigid, free: &case::FreeM
         }),
         rotation: rotation.map(|rotation| (axis_of(Some(rotation)), case.function(&rotation.angle))),
         force: std::array::from_fn(|i| force[i].map(|function| case.function(function))),
+        stiffness: of_axes(
+            case,
+            free.spring.as_ref().and_then(|spring| spring.stiffness.as_deref()).map(Components::as_array),
+        ),
         torque: torque.map(|component| component.map(|function| case.function(function))),
         gravity: free.gravity.iter().flat_map(|gravity| gravity.iter()).map(|g| case.function(g)).collect(),
         initial_velocity: Vector::from_fn(|i, _| velocity.get(i).copied().unwrap_or(0.0)),

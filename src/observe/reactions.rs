@@ -18,7 +18,7 @@ pub struct Reaction {
 /// The table of all supports.
 pub const REACTION_FILE: TableFile = TableFile {
     name: "reactions.csv",
-    rows: "one per step and boundary with a displacement, a motion, a roller, a foundation or springs, and per pair of tied surfaces",
+    rows: "one per step and boundary with a displacement, a motion, a roller, a foundation or springs, per free rigid body with springs, and per pair of tied surfaces",
     keys: &[
         STEP,
         TIME,

@@ -153,7 +153,7 @@ impl Check<'_> {
         }
     }
 
-    fn spring(&mut self, name: &At<String>, spring: &Spring) {
+    pub(super) fn spring(&mut self, name: &At<String>, spring: &Spring) {
         if spring.stiffness.is_none() && spring.damping.is_none() {
             self.without_coefficients(name);
         }
@@ -167,7 +167,7 @@ impl Check<'_> {
     }
 
     fn without_coefficients(&mut self, name: &At<String>) {
-        let message = format!("the boundary '{}' has neither stiffness nor damping", name.value);
+        let message = format!("'{}' has neither stiffness nor damping", name.value);
         self.found.say(name.place, message);
         self.found.cure("write for example { stiffness: { x: 1.0e6 } }");
     }

@@ -37,6 +37,7 @@ impl Check<'_> {
 
     /// A free rigid body has mass where it needs it, and something that is free.
     fn free(&mut self, name: &At<String>, body: &Rigid, free: &At<FreeMotion>) {
+        free.spring.iter().for_each(|spring| self.spring(name, spring));
         let name = &name.value;
         self.mass_of(name, body, free);
         self.degrees_of(name, body, free);
