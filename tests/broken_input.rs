@@ -146,7 +146,7 @@ const CASES: &[Broken] = &[
     ("density: 1700", "density: -1700", 3, &["case.yml:7:14", "density must be >= 0, found -1700"], 2),
     ("    density: 1700\n", "", 3, &["density", "block"], 0),
     ("poisson_ratio: 0.3", "poisson_ratio: 0.5", 3, &["case.yml:6:69", "0.5"], 0),
-    ("dimension: 2", "dimension: 4", 3, &["case.yml:2:12", "2 or 3, not 4"], 0),
+    ("dimension: 2", "dimension: 4", 3, &["case.yml:2:12", "2, 3 or axisymmetric, not 4"], 0),
     ("max: [0.4, 0.4]", "max: [0.4, -0.4]", 3, &["case.yml:5:", "along y", "max -0.4"], 0),
     ("cells: [4, 4]", "cells: [4, 0]", 3, &["case.yml:5:", "at least one cell"], 0),
     ("step: 5.0e-4", "step: 0", 3, &["the step must be > 0, found 0"], 3),

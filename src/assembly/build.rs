@@ -299,13 +299,14 @@ const SOFTER: f64 = 1e3;
 /// Smallest ratio of a typical stiffness to the largest one. Smaller values are near rounding.
 const ABOVE_ROUNDING: f64 = 1e-4;
 
-/// A typical diagonal entry of the stiffness, `E h^(D - 2)` \[N/m\].
+/// A typical diagonal entry of the stiffness, `E h^(D - 2)` times the extent across the plane \[N/m\].
 pub(super) fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalMesh<D>) -> f64 {
     let materials = model.bodies.iter().flat_map(|body| &body.materials);
     let stiffest = materials.map(|material| material.young_modulus).fold(0.0, f64::max);
     let softest = model.contacts.iter().map(|contact| contact.softer).fold(stiffest, f64::min);
     let size = extent / f64::from(local.index.total.max(1)).powf(1.0 / D as f64);
-    stiffest.min(SOFTER * softest).max(ABOVE_ROUNDING * stiffest) * size.powi(D as i32 - 2)
+    let modulus = stiffest.min(SOFTER * softest).max(ABOVE_ROUNDING * stiffest);
+    modulus * size.powi(D as i32 - 2) * local.mesh.plane.depth(0.5 * extent)
 }
 
 /// Longest side of the box around all bodies \[m\].

@@ -18,7 +18,7 @@ use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
 use crate::contact::totals::ContactEnergy;
 use crate::dynamics::FrictionMode;
 use crate::error::{Error, Result};
-use crate::mesh::Facet;
+use crate::mesh::{Facet, Plane};
 use crate::model::{self, Target};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
@@ -96,7 +96,8 @@ impl<const D: usize> LocalContact<D> {
                 (ContactTarget::Body(unknown), facets_of(local, set)?)
             }
         };
-        let lumped = |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind));
+        let lumped =
+            |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind, local.mesh.plane));
         let vertices = VertexContact {
             surface: VertexSurface::new(&local.mesh, facets, &ownership, lumped),
             target,
@@ -118,6 +119,11 @@ impl<const D: usize> LocalContact<D> {
             tolerance: None,
             stiffening: 1.0,
         })
+    }
+
+    /// State across the plane, in two dimensions.
+    pub fn plane(&self) -> Plane {
+        self.pair.contact.surface.plane()
     }
 
     /// The facets of the contactor that this rank reports.

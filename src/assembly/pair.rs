@@ -182,8 +182,9 @@ impl<const D: usize> ContactPair<D> {
     /// Forces over a step act on the undeformed area. They have parts at all nodes around the
     /// vertex, which are discrete gradients of the area.
     fn acts_on_own_node(&self) -> bool {
-        let facets = self.contact.surface.facets();
-        let lumped = |obstacle| facets.iter().all(|facet| is_lumped(obstacle, facet.kind));
+        let surface = &self.contact.surface;
+        let lumped =
+            |obstacle| surface.facets().iter().all(|facet| is_lumped(obstacle, facet.kind, surface.plane()));
         self.pose.is_none()
             && self.contact.area == AreaKind::Current
             && self.contact.target.obstacle().is_some_and(lumped)

@@ -131,7 +131,9 @@ impl<const D: usize> Pieces<D> {
                     let (i, j) = (ij / D, ij % D);
                     let unit = f64::from(u8::from(i == j));
                     *sum += unit - free[i][j];
-                    if resisted[node as usize * D + i] {
+                    // A ring resists a change of its radius.
+                    let is_ring = mesh.plane.is_revolved() && i == 0;
+                    if i == j && (is_ring || resisted[node as usize * D + i]) {
                         *sum += unit;
                     }
                 }

@@ -2,8 +2,9 @@
 //!
 //! A piece of a body moves as a rigid body by `t + w x (x - c)` about the centre `c` of its nodes,
 //! with 3 motions in 2D and 6 in 3D. The allowed combinations vanish at all prescribed unknowns, do
-//! not strain foundations, springs and periodic sides, and pieces that share a node move it equally. They use the current positions of the nodes, or
-//! the initial ones if kinematics are linear.
+//! not strain foundations, springs and periodic sides, and pieces that share a node move it equally. They
+//! use the current positions of the nodes, or the initial ones if kinematics are linear. In axisymmetry
+//! only the translation along the axis is free of strain.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -17,6 +18,9 @@ use crate::petsc::Vector;
 
 /// Relative square below which a support does not resist a combination. Rounding is below it.
 const UNFELT: f64 = 1e-12;
+
+/// The motion along the axis of revolution in axisymmetry.
+const AXIS: usize = 1;
 
 /// Number of rigid motions of a body in `D` dimensions.
 const fn motions(dimension: usize) -> usize {
@@ -158,6 +162,7 @@ impl<const D: usize> Bodies<D> {
     fn combinations(&self, u: &[f64], places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let count = motions(D);
         let held = self.held();
+        let is_revolved = self.local.mesh.plane.is_revolved();
         // Rotations are scaled by the extent, so that all motions have similar size.
         let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.extent.size };
         let widths: Vec<usize> = self.pieces.groups.iter().map(|pieces| pieces.len() * count).collect();
@@ -194,6 +199,10 @@ impl<const D: usize> Bodies<D> {
         for (node, piece) in self.members(places) {
             let (group, begin) = first(piece);
             let moved = moved(node, piece);
+            if is_revolved {
+                // Only the translation along the axis does not strain rings.
+                (0..count).filter(|&k| k != AXIS).for_each(|k| add(group, 2, &[(begin + k, 1.0)]));
+            }
             for i in 0..D {
                 let terms: Vec<(usize, f64)> = (0..count).map(|k| (begin + k, moved[k][i])).collect();
                 add(group, 0, &terms);

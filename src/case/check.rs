@@ -1,6 +1,7 @@
 //! Checks that need no mesh: ranges, names, dimensions, options that exclude each other.
 
 mod accuracy;
+mod axisymmetric;
 mod body;
 mod boundary;
 mod contact;
@@ -8,7 +9,7 @@ mod rigid;
 mod run;
 mod tied;
 
-use super::{At, Case, Mesh};
+use super::{At, Case, Dimension, Mesh};
 use crate::reader::complaint::Complaint;
 use crate::reader::findings::Findings;
 use crate::reader::function::{Function, Varying};
@@ -16,10 +17,13 @@ use crate::reader::function::{Function, Varying};
 /// All that is wrong with the case, in no particular order.
 pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     let At { value: dimension, place } = case.dimension;
-    let known = (2..=3).contains(&dimension).then_some(dimension as usize);
+    let known = dimension.is_known().then_some(dimension.coordinates() as usize);
     let mut check = Check { case, dimension: known, found: Findings::new(case.units) };
-    check.found.require(known.is_some(), place, format!("the dimension is 2 or 3, not {dimension}"));
+    let number = dimension.coordinates();
+    let message = format!("the dimension is 2, 3 or axisymmetric, not {number}");
+    check.found.require(known.is_some(), place, message);
     check.plane();
+    check.axisymmetric();
     check.names();
     case.parameters.check(&mut check.found);
     for (name, body) in case.bodies.iter() {
@@ -59,10 +63,14 @@ impl Check<'_> {
     }
 
     fn plane(&mut self) {
-        if let (Some(plane), Some(3)) = (&self.case.plane, self.dimension) {
-            self.found.say(plane.place, "`plane` is for 2D, but `dimension` is 3");
-            self.found.cure("remove it, or set `dimension: 2`");
-        }
+        let Some(plane) = &self.case.plane else { return };
+        let dimension = match self.case.dimension.value {
+            Dimension::Number(3) => "3",
+            Dimension::Axisymmetric => "axisymmetric",
+            Dimension::Number(_) => return,
+        };
+        self.found.say(plane.place, format!("`plane` is for 2D, but `dimension` is {dimension}"));
+        self.found.cure("remove it, or set `dimension: 2`");
     }
 
     fn names(&mut self) {

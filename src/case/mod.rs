@@ -10,6 +10,7 @@ mod check;
 mod components;
 mod contact;
 mod damping;
+mod dimension;
 mod elastic;
 mod guard;
 mod output;
@@ -43,6 +44,7 @@ pub use boundary::{Action, Boundary};
 pub use components::{Components, Force, Torque};
 pub use contact::{ALL, Area, Contact, InitialOverclosure};
 pub use damping::{Damping, Rayleigh};
+pub use dimension::Dimension;
 pub use elastic::{Directional, Foundation, Spring};
 pub use guard::Guard;
 pub use output::{Checkpoint, FieldFormat, Fields, Line, Output, Probe};
@@ -93,8 +95,9 @@ pub struct Case {
     /// numbers. Each is a number, a number with a unit, or an expression of parameters above it.
     #[serde(default, skip_serializing_if = "Parameters::is_empty")]
     pub parameters: Parameters,
-    /// 2: plane strain or plane stress, with a thickness of one unit of length; 3: solid.
-    pub dimension: At<u32>,
+    /// 2: plane strain or plane stress, with a thickness of one unit of length; 3: solid;
+    /// `axisymmetric`: bodies of revolution about the y axis, with x as the radius.
+    pub dimension: At<Dimension>,
     /// State across the plane, in 2D; `strain` if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane: Option<At<Plane>>,
@@ -200,7 +203,7 @@ impl Case {
 
     /// Fills in the defaults that depend on other keys.
     fn complete(&mut self) {
-        let element = if self.dimension.value == 2 { Element::Quad4 } else { Element::Hex8 };
+        let element = if self.dimension.value.coordinates() == 2 { Element::Quad4 } else { Element::Hex8 };
         for body in self.bodies.value.values_mut() {
             if let Mesh::Box(cuboid) = &mut body.mesh {
                 cuboid.element.get_or_insert(element.into());
@@ -332,6 +335,11 @@ impl Case {
     /// Whether there is no stress across the plane.
     pub fn is_plane_stress(&self) -> bool {
         self.plane.as_ref().is_some_and(|plane| plane.value == Plane::Stress)
+    }
+
+    /// Whether all bodies are bodies of revolution about the y axis.
+    pub fn is_axisymmetric(&self) -> bool {
+        self.dimension.value == Dimension::Axisymmetric
     }
 
     /// Whether the case has no inertia.

@@ -23,7 +23,7 @@ pub fn check(path: &Path, petsc: &[String]) -> Result<String> {
     }
     let case = agree(session.world(), Case::parse(&text, &path.display().to_string()))?;
     set_options(&session, &case)?;
-    let derived = match case.dimension.value {
+    let derived = match case.dimension.value.coordinates() {
         2 => simulation::check::<2>(&session, &case)?,
         _ => simulation::check::<3>(&session, &case)?,
     };

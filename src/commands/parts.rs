@@ -13,7 +13,7 @@ use crate::simulation;
 /// Any error that a run would return before its mesh is distributed.
 pub fn parts(path: &Path, counts: &[u32]) -> Result<String> {
     let case = Case::parse(&Case::load(path)?, &path.display().to_string())?;
-    match case.dimension.value {
+    match case.dimension.value.coordinates() {
         2 => simulation::parts::<2>(&case, counts),
         _ => simulation::parts::<3>(&case, counts),
     }

@@ -36,7 +36,7 @@ fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
         begin: begin(arguments),
         wall_time: arguments.wall_time,
     };
-    match case.dimension.value {
+    match case.dimension.value.coordinates() {
         2 => simulation::run::<2>(session, &case, &place),
         _ => simulation::run::<3>(session, &case, &place),
     }

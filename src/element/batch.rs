@@ -71,6 +71,12 @@ impl<L: Lane, const D: usize, const STATES: usize> Batch<L, D, STATES> {
         self.volume = zero;
     }
 
+    /// Displacements of the nodes in one of the states \[m\].
+    #[inline(always)]
+    pub fn displacements(&self, state: usize) -> &[Row<L, D>] {
+        &self.displacements[state]
+    }
+
     /// Reference position of a point of the rule of a pass \[m\].
     #[inline(always)]
     pub fn place(&self, unit: L, pass: &Pass, q: usize) -> Row<L, D> {

@@ -8,9 +8,12 @@ use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, PointEnergy, VolumeLaw};
 
 impl<const D: usize> ElementGroup<D> {
-    /// Strain energy \[J\] (in 2D per metre of depth) of the elements with `mine[element]`.
+    /// Strain energy \[J\] (in 2D per metre of depth, in axisymmetry of the whole revolution) of the elements with `mine[element]`.
     pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
         let formulation = &self.formulation;
+        if formulation.plane.is_revolved() {
+            return self.axisymmetric_energy(u, mine);
+        }
         let energy = Energy { group: self, u, mine };
         match formulation.kinematics {
             Kinematics::Linear => {

@@ -42,6 +42,9 @@ impl<const D: usize> ElementGroup<D> {
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted> {
         let job = Job { group: self, u, viscous, request, sink };
+        if self.formulation.plane.is_revolved() {
+            return Self::evaluate_axisymmetric(job);
+        }
         match self.formulation.kinematics {
             Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, self.formulation.own_moduli())),
             Kinematics::Finite => match self.formulation.plane_stress() {

@@ -32,7 +32,7 @@ impl Formulation {
     /// Moduli of Hooke's law in the dimensions of the elements: under plane stress those in the plane.
     pub fn own_moduli(&self) -> Moduli<f64> {
         match self.plane {
-            Plane::Strain => self.moduli(),
+            Plane::Strain | Plane::Axisymmetric => self.moduli(),
             Plane::Stress => self.moduli().plane_stress(),
         }
     }
@@ -191,6 +191,13 @@ impl<const D: usize> ElementGroup<D> {
         points.extend(batch.iter().map(|lanes| lanes.map(|coordinate| coordinate[index % WIDTH])));
     }
 
+    /// Extent across the plane at the point of an element with these reference positions and shape
+    /// functions \[m\], see [`Plane::depth`].
+    pub(super) fn depth_at(&self, points: &[[f64; D]], shape: &[f64]) -> f64 {
+        let radius = points.iter().zip(shape).map(|(point, n)| point[0] * n).sum();
+        self.formulation.plane.depth(radius)
+    }
+
     /// Creates one value for each quadrature pass from the part of the law that it integrates.
     pub(super) fn parts<K>(&self, of: impl Fn(Part) -> K) -> Vec<K> {
         self.passes.iter().map(|pass| of(pass.part)).collect()
@@ -205,6 +212,16 @@ impl<const D: usize> ElementGroup<D> {
                 self.passes.iter().flat_map(|pass| (0..pass.table.points).map(move |q| (pass, q)))
             {
                 let det = super::kinematics::reference_gradients(&points, pass.dn(q), &mut gradients);
+                let n = pass.table.nodes;
+                let radius = points.iter().zip(&pass.table.n[q * n..(q + 1) * n]).map(|(x, n)| x[0] * n);
+                if self.formulation.plane.is_revolved() && radius.sum::<f64>() <= 0.0 {
+                    let kind = self.kind;
+                    let centre = spelled(&centre(&points));
+                    return Err(Error::file(format!(
+                        "{kind} element {element} around {centre} crosses the axis of revolution, x = 0"
+                    ))
+                    .hint("in axisymmetry x is the radius: move the mesh to x >= 0"));
+                }
                 if det <= 0.0 || det.is_nan() {
                     let kind = self.kind;
                     let centre = centre(&points);

@@ -4,7 +4,7 @@ use super::ElementSink;
 use super::group::ElementGroup;
 use super::kinematics::reference_gradients;
 use crate::error::Result;
-use crate::mesh::{Edge, ElementKind, Facet, Mesh};
+use crate::mesh::{Edge, ElementKind, Facet, Mesh, Plane};
 use crate::space::{ShapeTable, area_variation, facet_normal, facet_tangents, reference};
 use crate::tensor::{Tensor, Vector};
 
@@ -26,7 +26,8 @@ impl<const D: usize> ElementGroup<D> {
                 let det = reference_gradients(&points, &table.dn[q * size..(q + 1) * size], &mut gradients);
                 let shape = &table.n[q * n..(q + 1) * n];
                 let density = per_mass(&interpolate(&points, shape));
-                let weight = self.formulation.density * det * table.weights[q];
+                let depth = self.depth_at(&points, shape);
+                let weight = self.formulation.density * det * table.weights[q] * depth;
                 add_density(&mut force, shape, &density.map(|b| b * weight));
             }
             sink.element(index, &force, None);
@@ -70,6 +71,7 @@ fn table_of(tables: &mut Vec<(ElementKind, ShapeTable)>, kind: ElementKind) -> u
 pub struct LoadedSurface<const D: usize> {
     facets: Vec<LoadedFacet<D>>,
     tables: Vec<(ElementKind, ShapeTable)>,
+    plane: Plane,
 }
 
 #[derive(Debug)]
@@ -80,7 +82,8 @@ struct LoadedFacet<const D: usize> {
 }
 
 impl<const D: usize> LoadedSurface<D> {
-    /// The facets `facets` of `mesh`, which may be of several kinds.
+    /// The facets `facets` of `mesh`, which may be of several kinds. In axisymmetry areas and forces are
+    /// those of the whole revolution.
     pub fn new(mesh: &Mesh<D>, facets: &[Facet]) -> Self {
         let mut tables: Vec<(ElementKind, ShapeTable)> = Vec::new();
         let mut loaded = Vec::with_capacity(facets.len());
@@ -92,7 +95,7 @@ impl<const D: usize> LoadedSurface<D> {
             let points = nodes.iter().map(|&node| mesh.points[node as usize].into()).collect();
             loaded.push(LoadedFacet { table, nodes, points });
         }
-        Self { facets: loaded, tables }
+        Self { facets: loaded, tables, plane: mesh.plane }
     }
 
     /// Number of facets.
@@ -118,8 +121,8 @@ impl<const D: usize> LoadedSurface<D> {
             force.clear();
             force.resize(facet.nodes.len() * D, 0.0);
             for point in self.quadrature(facet) {
-                let area = facet_normal(&facet_tangents(&facet.points, point.dn)).norm();
-                let density = traction(&facet.place(point.n)).map(|t| t * area * point.weight);
+                let area = self.area_of(facet, &point);
+                let density = traction(&facet.place(point.n)).map(|t| t * area);
                 add_density(&mut force, point.n, &density);
             }
             sink.element(index, &force, None);
@@ -131,8 +134,7 @@ impl<const D: usize> LoadedSurface<D> {
     pub fn points(&self, mut receive: impl FnMut(&[f64; D], f64)) {
         for facet in &self.facets {
             for point in self.quadrature(facet) {
-                let area = facet_normal(&facet_tangents(&facet.points, point.dn)).norm();
-                receive(&facet.place(point.n), area * point.weight);
+                receive(&facet.place(point.n), self.area_of(facet, &point));
             }
         }
     }
@@ -140,9 +142,7 @@ impl<const D: usize> LoadedSurface<D> {
     /// Reference area of the facet at `index` \[m^(D - 1)\].
     pub fn area(&self, index: usize) -> f64 {
         let facet = &self.facets[index];
-        let part =
-            |point: FacetPoint| facet_normal(&facet_tangents(&facet.points, point.dn)).norm() * point.weight;
-        self.quadrature(facet).map(part).sum()
+        self.quadrature(facet).map(|point| self.area_of(facet, &point)).sum()
     }
 
     /// Appends `K_ab = int N_a N_b k dS` (3.19) of the facet at `index` to `matrix`: a block for each pair
@@ -164,8 +164,7 @@ impl<const D: usize> LoadedSurface<D> {
         let matrix = &mut matrix[start..];
         for point in self.quadrature(facet) {
             let normal = facet_normal(&facet_tangents(&facet.points, point.dn));
-            let area = normal.norm();
-            let k = coefficients(&facet.place(point.n), &(normal / area))? * (area * point.weight);
+            let k = coefficients(&facet.place(point.n), &normal.normalize())? * self.area_of(facet, &point);
             for (pair, block) in matrix.chunks_exact_mut(D * D).enumerate() {
                 let weight = point.n[pair / m] * point.n[pair % m];
                 for (ij, entry) in block.iter_mut().enumerate() {
@@ -195,14 +194,21 @@ impl<const D: usize> LoadedSurface<D> {
             stiffness.resize(m * m * D * D, 0.0);
             let place = facet.displaced(on);
             for point in self.quadrature(facet) {
-                let strength = pressure(&facet.place(point.n)) * point.weight;
+                let radius: f64 = place.iter().zip(point.n).map(|(x, n)| x[0] * n).sum();
+                let per_depth = pressure(&facet.place(point.n)) * point.weight;
+                let strength = per_depth * self.plane.depth(radius);
                 let tangents = facet_tangents(&place, point.dn);
-                add_density(&mut force, point.n, &(facet_normal(&tangents) * -strength).into());
+                let normal = facet_normal(&tangents);
+                add_density(&mut force, point.n, &(normal * -strength).into());
                 if matches!(on, Configuration::Reference) {
                     continue;
                 }
+                let by_radius = normal * (per_depth * self.plane.depth_slope());
                 for (b, dn) in point.dn.chunks_exact(D - 1).enumerate() {
-                    let variation = area_variation(&tangents, dn) * strength;
+                    let mut variation = area_variation(&tangents, dn) * strength;
+                    for i in 0..D {
+                        variation[(i, 0)] += by_radius[i] * point.n[b];
+                    }
                     for (a, n) in point.n.iter().enumerate() {
                         let block = &mut stiffness[(a * m + b) * D * D..][..D * D];
                         for (ij, entry) in block.iter_mut().enumerate() {
@@ -213,6 +219,12 @@ impl<const D: usize> LoadedSurface<D> {
             }
             sink.element(index, &force, matches!(on, Configuration::Current(_)).then_some(&stiffness));
         }
+    }
+
+    /// Part of the reference area of a facet at a quadrature point \[m^(D - 1)\].
+    fn area_of(&self, facet: &LoadedFacet<D>, point: &FacetPoint<'_>) -> f64 {
+        let depth = self.plane.depth(facet.place(point.n)[0]);
+        facet_normal(&facet_tangents(&facet.points, point.dn)).norm() * point.weight * depth
     }
 
     fn quadrature(&self, facet: &LoadedFacet<D>) -> impl Iterator<Item = FacetPoint<'_>> {

@@ -20,8 +20,9 @@ impl<const D: usize> ElementGroup<D> {
             mass.fill(0.0);
             for q in 0..table.points {
                 let det = reference_gradients(&points, &table.dn[q * size..(q + 1) * size], &mut gradients);
-                let weight = self.formulation.density * det * table.weights[q];
                 let shape = &table.n[q * n..(q + 1) * n];
+                let depth = self.depth_at(&points, shape);
+                let weight = self.formulation.density * det * table.weights[q] * depth;
                 for (row, n_a) in mass.chunks_exact_mut(n).zip(shape) {
                     for (entry, n_b) in row.iter_mut().zip(shape) {
                         *entry += weight * (n_a * n_b);

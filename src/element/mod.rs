@@ -4,6 +4,7 @@
 //! All results are passed element by element to an [`ElementSink`]. The kernels are independent of
 //! matrix formats, global numbers and processes.
 
+mod axisymmetric;
 mod batch;
 mod dilatation;
 mod energy;

@@ -17,7 +17,8 @@ use crate::square::{
 };
 
 /// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz`. In plane strain `zz` is the
-/// stress that enforces zero normal strain; under plane stress it is zero.
+/// stress that enforces zero normal strain; under plane stress it is zero. In axisymmetry it is that around
+/// the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cauchy(pub [f64; 6]);
 
@@ -115,7 +116,7 @@ impl<const D: usize> ElementGroup<D> {
     ) {
         let fits: Vec<_> =
             self.passes.iter().map(|pass| Fit::new(self.kind, pass, &self.passes[0])).collect();
-        let mut element = Element::new(self.kind);
+        let mut element = Element::<D>::new(self.kind, self.formulation.plane);
         let mut stress = ElementStress::default();
         let mut states = Vec::new();
         let law = self.volume_law();
@@ -178,19 +179,18 @@ impl<const D: usize> ElementGroup<D> {
         viscous: &Overstress,
         index: usize,
         point: usize,
-        grad_u: &Square<f64, D>,
+        grad_u: &Square<f64, 3>,
     ) -> Square<f64, 3> {
-        let solid = in_space(grad_u);
         let isochoric = match self.formulation.kinematics {
-            Kinematics::Linear => LinearDeviator { mu: self.formulation.moduli().mu }.stress(&solid),
-            Kinematics::Finite => self.formulation.material.accept(IsochoricAt { grad_u: solid }),
+            Kinematics::Linear => LinearDeviator { mu: self.formulation.moduli().mu }.stress(grad_u),
+            Kinematics::Finite => self.formulation.material.accept(IsochoricAt { grad_u: *grad_u }),
         };
         viscous.at::<D>(index, self.passes[0].samples(), point, &isochoric)
     }
 
-    /// The displacement gradient in space, under plane stress with `H_33`.
-    fn solid(&self, grad_u: &Square<f64, D>, plane_stress: Option<&PlaneStress>) -> Square<f64, 3> {
-        let mut solid = in_space(grad_u);
+    /// The displacement gradient in space, completed under plane stress by `H_33`.
+    fn solid(&self, grad_u: &Square<f64, 3>, plane_stress: Option<&PlaneStress>) -> Square<f64, 3> {
+        let mut solid = *grad_u;
         if let Some(law) = plane_stress {
             solid[2][2] = law.thickness(&in_plane(&solid));
         } else if self.formulation.plane == Plane::Stress {
@@ -200,7 +200,7 @@ impl<const D: usize> ElementGroup<D> {
     }
 
     /// `F^T F`, in linear kinematics `(1 + eps)^2`.
-    fn right_cauchy_green(&self, grad_u: &Square<f64, D>, plane_stress: Option<&PlaneStress>) -> [f64; 6] {
+    fn right_cauchy_green(&self, grad_u: &Square<f64, 3>, plane_stress: Option<&PlaneStress>) -> [f64; 6] {
         let solid = self.solid(grad_u, plane_stress);
         let f = match self.formulation.kinematics {
             Kinematics::Finite => plus_one(&solid),
@@ -214,7 +214,7 @@ impl<const D: usize> ElementGroup<D> {
     fn state(
         &self,
         part: Part,
-        grad_u: &Square<f64, D>,
+        grad_u: &Square<f64, 3>,
         added: Option<Square<f64, 3>>,
         plane_stress: Option<&PlaneStress>,
     ) -> CauchyState {
@@ -224,9 +224,9 @@ impl<const D: usize> ElementGroup<D> {
             let cauchy = match self.formulation.plane {
                 Plane::Stress => {
                     let moduli = self.formulation.own_moduli();
-                    in_space(&Hooke::respond_with_metric(&moduli, grad_u).second_piola)
+                    in_space(&Hooke::respond_with_metric(&moduli, &in_plane::<_, D>(grad_u)).second_piola)
                 }
-                Plane::Strain => {
+                Plane::Strain | Plane::Axisymmetric => {
                     let moduli = self.formulation.moduli().part(part);
                     with_added(Hooke::respond_with_metric(&moduli, &solid).second_piola)
                 }
@@ -236,7 +236,7 @@ impl<const D: usize> ElementGroup<D> {
         let det_f = 1.0 + det_minus_one(&solid);
         let f = plus_one(&solid);
         let second_piola = match plane_stress {
-            Some(law) => in_space(&law.stress(grad_u)),
+            Some(law) => in_space(&law.stress(&in_plane::<_, D>(grad_u))),
             None => with_added(self.formulation.material.accept(StressAt { part, grad_u: solid })),
         };
         let kirchhoff = product(&product(&f, &second_piola), &transpose(&f));
@@ -245,13 +245,12 @@ impl<const D: usize> ElementGroup<D> {
 }
 
 /// Cauchy stress of the volume terms with the pressure `p`: `p ds/dF F^T / J`. The volume ratio is zero.
-fn volume_state<const D: usize>(law: &VolumeLaw, grad_u: &Square<f64, D>, pressure: f64) -> CauchyState {
-    let solid = in_space(grad_u);
+fn volume_state(law: &VolumeLaw, grad_u: &Square<f64, 3>, pressure: f64) -> CauchyState {
     let cauchy = match law.form {
         // The gradient of J is J F^-T, that of the small strain 1.
         Volumetric::Rubber | Volumetric::Logarithmic | Volumetric::SmallTrace => diagonal(pressure),
         Volumetric::GreenTrace => {
-            scale_all(&outer_gram(&plus_one(&solid)), pressure / (1.0 + det_minus_one(&solid)))
+            scale_all(&outer_gram(&plus_one(grad_u)), pressure / (1.0 + det_minus_one(grad_u)))
         }
     };
     CauchyState { cauchy: components(&cauchy, 1.0), det_f: 0.0 }
@@ -294,12 +293,13 @@ struct Element<const D: usize> {
     points: Vec<[f64; D]>,
     displacements: Vec<[f64; D]>,
     gradients: Vec<[f64; D]>,
+    plane: Plane,
 }
 
 impl<const D: usize> Element<D> {
-    fn new(kind: ElementKind) -> Self {
+    fn new(kind: ElementKind, plane: Plane) -> Self {
         let gradients = vec![[0.0; D]; kind.nodes()];
-        Self { nodes: Vec::new(), points: Vec::new(), displacements: Vec::new(), gradients }
+        Self { nodes: Vec::new(), points: Vec::new(), displacements: Vec::new(), gradients, plane }
     }
 
     fn load(&mut self, group: &ElementGroup<D>, index: usize, u: &[f64]) {
@@ -310,12 +310,12 @@ impl<const D: usize> Element<D> {
         self.displacements.extend(self.nodes.iter().map(of_node));
     }
 
-    /// Displacement gradient and volume of sample `q` of `pass`.
-    fn gradient(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {
+    /// Displacement gradient in space and volume of sample `q` of `pass`.
+    fn gradient(&mut self, pass: &Pass, q: usize) -> (Square<f64, 3>, f64) {
         match pass.sampling {
             Sampling::Points | Sampling::Projected(_) => self.gradient_at(pass, q),
             Sampling::Mean => {
-                let mut mean = [[0.0; D]; D];
+                let mut mean = [[0.0; 3]; 3];
                 let mut volume = 0.0;
                 for q in 0..pass.table.points {
                     let (grad_u, weight) = self.gradient_at(pass, q);
@@ -355,9 +355,17 @@ impl<const D: usize> Element<D> {
         projection.project(pressures);
     }
 
-    fn gradient_at(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {
+    fn gradient_at(&mut self, pass: &Pass, q: usize) -> (Square<f64, 3>, f64) {
         let det = reference_gradients(&self.points, pass.dn(q), &mut self.gradients);
-        (gradient_of(&self.displacements, &self.gradients), pass.table.weights[q] * det)
+        let mut grad_u = in_space(&gradient_of(&self.displacements, &self.gradients));
+        let n = self.points.len();
+        let shape = &pass.table.n[q * n..(q + 1) * n];
+        let radial = |of: &[[f64; D]]| of.iter().zip(shape).map(|(value, n)| value[0] * n).sum::<f64>();
+        let radius = radial(&self.points);
+        if self.plane.is_revolved() {
+            grad_u[2][2] = radial(&self.displacements) / radius;
+        }
+        (grad_u, pass.table.weights[q] * det * self.plane.depth(radius))
     }
 }
 

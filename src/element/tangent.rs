@@ -285,6 +285,56 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
         }
     }
 
+    /// Adds `sum_m stresses_a[i][m] strains_b[k][m]`, which is symmetric under an exchange of `(a, i)` and
+    /// `(b, k)`.
+    #[inline(always)]
+    pub fn add_strain_products<const M: usize>(
+        &mut self,
+        stresses: &[[Row<L, M>; D]],
+        strains: &[[Row<L, M>; D]],
+    ) {
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..strains.len() {
+            for (strain, block) in strains[a..].iter().zip(blocks.by_ref()) {
+                for i in 0..D {
+                    for k in 0..D {
+                        block[i][k] = block[i][k] + dot(&stresses[a][i], &strain[k]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds `weight n_a n_b` to the radial entries, for the ratios `n_a` of shape functions to the radius.
+    #[inline(always)]
+    pub fn add_radial(&mut self, ratios: &[L], weight: L) {
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..ratios.len() {
+            let n_a = ratios[a] * weight;
+            for (n_b, block) in ratios[a..].iter().zip(blocks.by_ref()) {
+                block[0][0] = n_a.mul_add(*n_b, block[0][0]);
+            }
+        }
+    }
+
+    /// Adds `weight (h_a (x) n_b e_r + n_a e_r (x) h_b)` for the mapped slopes `h_a` and the radial direction
+    /// `e_r`.
+    #[inline(always)]
+    pub fn add_radial_cross(&mut self, ratios: &[L], weight: L) {
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..ratios.len() {
+            let n_a = ratios[a] * weight;
+            let h_a = scale(&self.mapped[a], weight);
+            let partners = ratios[a..].iter().zip(&self.mapped[a..]);
+            for ((n_b, h_b), block) in partners.zip(blocks.by_ref()) {
+                for i in 0..D {
+                    block[i][0] = h_a[i].mul_add(*n_b, block[i][0]);
+                    block[0][i] = n_a.mul_add(h_b[i], block[0][i]);
+                }
+            }
+        }
+    }
+
     /// Expands upper blocks in lanes to full matrices, one after the other.
     #[inline(always)]
     pub fn spread(&mut self) {

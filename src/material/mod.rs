@@ -9,6 +9,7 @@
 //! * [`Law`] is the interface for laws with another form. Element kernels are compiled for each.
 //! * [`MetricLaw`] is a form of the tangent that the kernels sum three times as fast.
 
+mod axisymmetric;
 mod check;
 mod deviator;
 mod hooke;
@@ -28,6 +29,7 @@ mod tests;
 mod uniaxial;
 mod volumetric;
 
+pub use axisymmetric::{Axisymmetric, HOOP_COMPONENTS, HoopGradient, HoopResponse};
 pub use deviator::{Deviator, DeviatorTangent, FiniteDeviator, LinearDeviator};
 pub use hooke::Hooke;
 pub use invariant_energy::{InvariantEnergy, PackedEnergy, PackedInvariants, Wanted};

@@ -86,6 +86,8 @@ pub struct Mesh<const D: usize> {
     pub element_sets: BTreeMap<String, Vec<u32>>,
     /// Ties of its surfaces.
     pub ties: Vec<Tie>,
+    /// State across the plane, in two dimensions.
+    pub plane: Plane,
 }
 
 impl<const D: usize> Default for Mesh<D> {
@@ -108,6 +110,7 @@ impl<const D: usize> Mesh<D> {
             point_sets: BTreeMap::new(),
             element_sets: BTreeMap::new(),
             ties: Vec::new(),
+            plane: Plane::default(),
         }
     }
 

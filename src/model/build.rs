@@ -352,7 +352,13 @@ fn mass_of<const D: usize>(
 
 /// The state across the plane of a case.
 pub(super) fn plane(case: &Case) -> Plane {
-    if case.is_plane_stress() { Plane::Stress } else { Plane::Strain }
+    if case.is_axisymmetric() {
+        Plane::Axisymmetric
+    } else if case.is_plane_stress() {
+        Plane::Stress
+    } else {
+        Plane::Strain
+    }
 }
 
 /// The treatment of locking of a case in the elements.

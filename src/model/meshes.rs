@@ -50,6 +50,10 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     }
     Error::together(faults)?;
     let mut mesh = merge(bodies)?;
+    mesh.plane = super::build::plane(case);
+    if mesh.plane.is_revolved() {
+        place_axis(&mut mesh)?;
+    }
     let places = mesh.points.as_flattened_mut().iter_mut().enumerate();
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
     if case.contact.values().any(case::Contact::is_general) {
@@ -68,6 +72,29 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     Error::together(faults)?;
     remarks.extend(overlap::remarks(case, &mesh)?);
     Ok((mesh, remarks))
+}
+
+/// Distance from the axis of revolution, relative to the largest radius, up to which a node is on the axis.
+/// Mesh generators write positions with 10 to 16 digits. A value ten times larger or smaller makes no difference.
+const ON_AXIS: f64 = 1e-9;
+
+/// Puts nodes that are on the axis of revolution within rounding exactly on it.
+///
+/// # Errors
+/// A node has a negative radius, or all nodes are on the axis.
+fn place_axis<const D: usize>(mesh: &mut Mesh<D>) -> Result<()> {
+    let largest = mesh.points.iter().fold(0.0, |largest: f64, point| largest.max(point[0].abs()));
+    for point in &mut mesh.points {
+        if point[0].abs() <= ON_AXIS * largest {
+            point[0] = 0.0;
+        } else if point[0] < 0.0 {
+            let message = format!("the node at {} has a negative radius", spelled(point));
+            return Err(Error::file(message).hint(
+                "with `dimension: axisymmetric`, x is the radius and y the axis: move the mesh to x >= 0",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The facets of all tied surfaces. They are not part of the surface of all bodies.

@@ -37,7 +37,7 @@ impl BodyMaterial {
     pub fn wave_modulus(&self) -> f64 {
         let sudden = self.sudden_moduli();
         match self.formulation.plane {
-            Plane::Strain => sudden.uniaxial_strain(),
+            Plane::Strain | Plane::Axisymmetric => sudden.uniaxial_strain(),
             Plane::Stress => sudden.plane_stress().uniaxial_strain(),
         }
     }

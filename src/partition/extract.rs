@@ -90,6 +90,7 @@ impl<const D: usize> Cut<D> {
         let input_node = self.number_nodes(rank, &input_element, &ties);
         let mut mesh =
             Mesh::with_points(input_node.iter().map(|&node| self.mesh.points[node as usize]).collect());
+        mesh.plane = self.mesh.plane;
         for &element in &input_element {
             let nodes = self.mesh.element_nodes(element as usize);
             mesh.push(

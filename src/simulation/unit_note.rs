@@ -7,7 +7,8 @@ use crate::mesh::Plane;
 /// and energies refer.
 pub(super) fn unit_note(case: &Case) -> Option<String> {
     let units = case.units;
-    let plane = match case.dimension.value {
+    let plane = match case.dimension.value.coordinates() {
+        2 if case.is_axisymmetric() => format!("; {}, whole revolution", Plane::Axisymmetric.name()),
         2 => {
             let state = if case.is_plane_stress() { Plane::Stress } else { Plane::Strain };
             format!("; {}, thickness 1 {}", state.name(), units.of("m"))

@@ -62,7 +62,8 @@ pub struct DofMap<const D: usize> {
 }
 
 impl<const D: usize> DofMap<D> {
-    /// Resolves the boundary conditions on the local mesh.
+    /// Resolves the boundary conditions on the local mesh. In axisymmetry nodes on the axis have no
+    /// radial displacement.
     ///
     /// If two conditions prescribe the same motion of a degree of freedom, for example at the
     /// intersection of two symmetry planes, it belongs to the first. `same_motion` is called with
@@ -93,7 +94,12 @@ impl<const D: usize> DofMap<D> {
             }
             all.push(Prescribed { name: boundary.name.clone(), entries: own });
         }
-        let along_axes = holder.iter().map(|&held| held != usize::MAX).collect();
+        let mut along_axes: Vec<bool> = holder.iter().map(|&held| held != usize::MAX).collect();
+        if mesh.plane.is_revolved() {
+            for (held, point) in along_axes.iter_mut().step_by(D).zip(&mesh.points) {
+                *held |= point[0] == 0.0;
+            }
+        }
         Ok(Self { held: Held::along_axes(along_axes), boundaries: all })
     }
 

@@ -144,7 +144,7 @@ fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &
     let place = RunRequest::anew(case_file, member_folder(&options.folder, member), options.members);
     session.measure_anew();
     let taken = set_options(session, case)?;
-    let outcome = match case.dimension.value {
+    let outcome = match case.dimension.value.coordinates() {
         2 => attempt::<2>(session, case, &place),
         _ => attempt::<3>(session, case, &place),
     };

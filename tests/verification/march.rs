@@ -35,7 +35,7 @@ pub fn attempt(session: &Rc<Session>, text: &str) -> Result<Option<Results>> {
         std::fs::write(&case_file, text).expect("the case is written");
     }
     let place = RunRequest::anew(case_file, folder.clone(), Verbosity::Silent);
-    match case.dimension.value {
+    match case.dimension.value.coordinates() {
         2 => simulation::run::<2>(session, &case, &place)?,
         _ => simulation::run::<3>(session, &case, &place)?,
     }

@@ -3,8 +3,8 @@
 
 use super::candidates::Candidates;
 use super::integrals::{
-    AreaMeasure, Carried, FacetPair, FrozenChanges, FrozenFacet, Opposite, PAIR_NODES, PairFields,
-    PairWorkspace, PlacedFacet, Range, VertexPotential, WantedVariations,
+    AcrossPlane, AreaMeasure, Carried, FacetPair, FrozenChanges, FrozenFacet, Opposite, PAIR_NODES,
+    PairFields, PairWorkspace, PlacedFacet, Range, VertexPotential, WantedVariations,
 };
 use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness, is_sliver};
 use super::obstacle::{PlacedObstacle, rule_of};
@@ -293,7 +293,7 @@ impl<const D: usize> VertexContact<D> {
             let cover = pairs.iter().map(|pair| pair.integrals.cover).sum();
             let depths = pairs.iter().map(|pair| pair.integrals.vertices[0].depth);
             let depth = depths.fold(f64::NEG_INFINITY, f64::max);
-            if is_sliver::<D>(depth, cover, facet.size, self.share) {
+            if is_sliver(depth, cover, facet, self.share) {
                 continue;
             }
             for vertex in facet.vertices.iter().flatten() {
@@ -335,19 +335,22 @@ impl<const D: usize> VertexContact<D> {
                 last = Some(index);
             }
             gathered.oppose(origin, self.target.reference_points(target), self.target.nodes(target), fields);
-            let pair = self.pair(facet, target, &gathered, reference);
+            let pair = self.pair(facet, target, &gathered, reference, origin[0][0] + origin[1][0]);
             visit(index, target, &gathered, &pair);
         }
     }
 
+    /// A pair whose positions have an origin at this distance from the y axis \[m\].
     fn pair<'a>(
         &'a self,
         facet: &VertexFacet,
         target: u32,
         gathered: &'a Gathered<D>,
         reference: &'a [Vector<D>],
+        radius: f64,
     ) -> FacetPair<'a, D> {
         let (contactor, others) = gathered.positions.split_at(gathered.contactor);
+        let plane = self.surface.plane();
         let mut open = OPEN * facet.size;
         let target = match &self.target {
             ContactTarget::Body(surface) => {
@@ -358,7 +361,7 @@ impl<const D: usize> VertexContact<D> {
                 if obstacle.is_plane() {
                     open = f64::MAX;
                 }
-                Opposite::Obstacle(PlacedObstacle { obstacle, rule: rule_of(obstacle, facet.kind) })
+                Opposite::Obstacle(PlacedObstacle { obstacle, rule: rule_of(obstacle, facet.kind, plane) })
             }
         };
         FacetPair {
@@ -369,6 +372,7 @@ impl<const D: usize> VertexContact<D> {
                 AreaKind::Reference => AreaMeasure::Reference(reference),
             },
             range: Range { share: self.share, depth: self.depth, open },
+            across: AcrossPlane { plane, origin: radius },
         }
     }
 

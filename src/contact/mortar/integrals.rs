@@ -19,7 +19,7 @@ use super::products::Products;
 use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::shape::{FacetShape, MOST_NODES};
 use super::split::{FacetPiece, MOST_CORNERS, linear, pieces};
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Plane};
 use crate::space::{area_variation, facet_normal};
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
@@ -40,8 +40,25 @@ pub struct PlacedFacet<'a, const D: usize> {
 pub enum AreaMeasure<'a, const D: usize> {
     /// The deformed facet: tractions are Cauchy tractions.
     Current,
-    /// The undeformed facet with these positions of its nodes \[m\]: tractions are nominal.
+    /// The undeformed facet with these positions of its nodes \[m\], whose origin is that of the mesh:
+    /// tractions are nominal.
     Reference(&'a [Vector<D>]),
+}
+
+/// Extent of the surfaces across the plane, in two dimensions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AcrossPlane {
+    /// State across the plane.
+    pub plane: Plane,
+    /// Distance of the origin of current positions from the y axis \[m\].
+    pub origin: f64,
+}
+
+impl AcrossPlane {
+    /// The extent at the coordinate `x` of a current position \[m\].
+    pub(super) fn depth(&self, x: f64) -> f64 {
+        self.plane.depth(self.origin + x)
+    }
 }
 
 /// Range of gaps over which surfaces are integrated, and the weight of a point.
@@ -110,6 +127,8 @@ pub struct FacetPair<'a, const D: usize> {
     pub measure: AreaMeasure<'a, D>,
     /// Range of gaps.
     pub range: Range,
+    /// Extent across the plane.
+    pub across: AcrossPlane,
 }
 
 /// The integrals of one vertex over one pair.
@@ -825,7 +844,12 @@ impl<const D: usize> FacetPair<'_, D> {
                 Some(Vector::from(facet_normal(&self::tangents(&contactor, nodes))))
             }
         };
-        let stretch = reference.map_or(size, |area: Vector<D>| area.norm());
+        let depth = match self.measure {
+            AreaMeasure::Current => self.across.depth(x[0]),
+            AreaMeasure::Reference(nodes) => self.across.plane.depth(interpolate(&contactor.value, nodes)[0]),
+        };
+        let per_depth = reference.map_or(size, |area: Vector<D>| area.norm());
+        let stretch = per_depth * depth;
         let linear = linear(self.contactor.kind);
         let point = Point {
             weights: if linear == self.contactor.kind {
@@ -853,13 +877,17 @@ impl<const D: usize> FacetPair<'_, D> {
         self.spread(opposite.kind, pieces, &moves.weight, &mut variation.weight);
         let bends = bends(self.contactor.kind, segment.xi, self.contactor.nodes);
         let area_slopes = area_slopes(&tangents, &bends);
+        let by_radius = self.across.plane.depth_slope() * per_depth;
         let stretch_slopes = match self.measure {
-            AreaMeasure::Current => area_slopes.map(|slope| -slope.dot(&normal)),
+            AreaMeasure::Current => {
+                [0, 1].map(|k| -area_slopes[k].dot(&normal) * depth + by_radius * tangents[k][0])
+            }
             AreaMeasure::Reference(nodes) => {
+                let tangents = self::tangents(&point.contactor, nodes);
                 let bends = self::bends(self.contactor.kind, segment.xi, nodes);
-                let slopes = self::area_slopes(&self::tangents(&point.contactor, nodes), &bends);
-                let direction = reference.map_or_else(Vector::zeros, |area| area / stretch);
-                slopes.map(|slope| slope.dot(&direction))
+                let slopes = self::area_slopes(&tangents, &bends);
+                let direction = reference.map_or_else(Vector::zeros, |area| area / per_depth);
+                [0, 1].map(|k| slopes[k].dot(&direction) * depth + by_radius * tangents[k][0])
             }
         };
         let others = self::tangents(&point.target, opposite.nodes);
@@ -879,7 +907,11 @@ impl<const D: usize> FacetPair<'_, D> {
             let turn = by_area.tr_mul(&turned);
             by_gap[b].iter_mut().zip(turn.iter()).for_each(|(by, turn)| *by -= turn);
             by_size[b] = match self.measure {
-                AreaMeasure::Current => (by_area.tr_mul(&normal) * -segment.weight).into(),
+                AreaMeasure::Current => {
+                    let mut by_size = by_area.tr_mul(&normal) * (-segment.weight * depth);
+                    by_size[0] += segment.weight * by_radius * point.contactor.value[b];
+                    by_size.into()
+                }
                 AreaMeasure::Reference(_) => [0.0; D],
             };
             turns[b] = -(projector * by_area);

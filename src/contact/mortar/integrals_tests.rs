@@ -41,6 +41,7 @@ fn with_pair<const D: usize, R>(
     kinds: [ElementKind; 2],
     z: &[f64],
     reference: Option<&[Vector<D>]>,
+    plane: Plane,
     then: impl FnOnce(&FacetPair<'_, D>) -> R,
 ) -> R {
     let all = vectors::<D>(z);
@@ -50,7 +51,13 @@ fn with_pair<const D: usize, R>(
         target: Opposite::Facet(PlacedFacet { kind: kinds[1], nodes: y }),
         measure: reference.map_or(AreaMeasure::Current, AreaMeasure::Reference),
         range: RANGE,
+        across: AcrossPlane { plane, origin: 1.5 },
     })
+}
+
+/// The states across the plane in this many dimensions.
+fn planes(dimension: usize) -> &'static [Plane] {
+    if dimension == 2 { &[Plane::Strain, Plane::Axisymmetric] } else { &[Plane::Strain] }
 }
 
 fn all_pairs(kinds: &[ElementKind]) -> Vec<[ElementKind; 2]> {
@@ -91,7 +98,7 @@ fn change<const D: usize>(
     all
 }
 
-fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64) {
+fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64, plane: Plane) {
     for seed in 0..5 {
         let z = coordinates::<D>(kinds, seed, 0.08, gap);
         let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, gap));
@@ -99,9 +106,10 @@ fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64) {
         let nodes = z.len() / D;
         let fields = [3, 4].map(|more| vectors::<D>(&scatter(nodes * D, seed + more)));
         let direction: Vec<f64> = scatter(z.len(), seed + 7).iter().map(|d| 1e-3 * d).collect();
-        let f = |z: &[f64]| with_pair(kinds, z, undeformed, |pair| values(pair, &fields));
-        let df =
-            |z: &[f64], d: &[f64]| with_pair(kinds, z, undeformed, |pair| change(pair, &fields, &vectors(d)));
+        let f = |z: &[f64]| with_pair(kinds, z, undeformed, plane, |pair| values(pair, &fields));
+        let df = |z: &[f64], d: &[f64]| {
+            with_pair(kinds, z, undeformed, plane, |pair| change(pair, &fields, &vectors(d)))
+        };
         let rate = taylor_rate(f, df, &z, &direction);
         assert!(rate > 1.9, "{kinds:?}, seed {seed}, gap {gap}: rate {rate}");
     }
@@ -112,9 +120,63 @@ fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64) {
 #[test]
 fn integrals_move_as_their_variations_say() {
     for (reference, gap) in [(false, -0.05), (true, -0.05), (false, 0.45), (true, 0.45), (false, -0.45)] {
-        all_pairs(&LINES).into_iter().for_each(|kinds| varies::<2>(kinds, reference, gap));
-        all_pairs(&FACES).into_iter().for_each(|kinds| varies::<3>(kinds, reference, gap));
+        for &plane in planes(2) {
+            all_pairs(&LINES).into_iter().for_each(|kinds| varies::<2>(kinds, reference, gap, plane));
+        }
+        all_pairs(&FACES).into_iter().for_each(|kinds| varies::<3>(kinds, reference, gap, Plane::Strain));
     }
+}
+
+/// So do those over an obstacle, on the deformed and on the undeformed area, in the plane and in
+/// axisymmetry.
+#[test]
+fn integrals_over_an_obstacle_move_as_their_variations_say() {
+    let disc = crate::contact::obstacle::Sphere::new(
+        Vector::<2>::new(0.2, 1.0),
+        0.9,
+        crate::contact::obstacle::Side::Outside,
+    );
+    for kind in LINES {
+        for (&plane, reference) in planes(2).iter().flat_map(|plane| [(plane, false), (plane, true)]) {
+            let z = coordinates::<2>([kind, kind], 3, 0.04, 0.0)[..2 * kind.nodes()].to_vec();
+            let undeformed = vectors::<2>(&z.iter().map(|x| 0.9 * x + 2.0).collect::<Vec<_>>());
+            let fields = [3, 4].map(|seed| vectors::<2>(&scatter(z.len(), seed)));
+            let with = |z: &[f64], then: &dyn Fn(&FacetPair<'_, 2>) -> Vec<f64>| {
+                let nodes = vectors::<2>(z);
+                let rule = super::super::obstacle::rule_of(&disc, kind, plane);
+                then(&FacetPair {
+                    contactor: PlacedFacet { kind, nodes: &nodes },
+                    target: Opposite::Obstacle(PlacedObstacle { obstacle: &disc, rule }),
+                    measure: if reference {
+                        AreaMeasure::Reference(&undeformed)
+                    } else {
+                        AreaMeasure::Current
+                    },
+                    range: RANGE,
+                    across: AcrossPlane { plane, origin: 1.5 },
+                })
+            };
+            let f = |z: &[f64]| with(z, &|pair| values(pair, &fields));
+            let df = |z: &[f64], d: &[f64]| with(z, &|pair| change(pair, &fields, &vectors(d)));
+            let direction: Vec<f64> = scatter(z.len(), 7).iter().map(|d| 1e-3 * d).collect();
+            let rate = taylor_rate(f, df, &z, &direction);
+            assert!(rate > 1.9, "{kind} {plane:?} {reference}: rate {rate}");
+        }
+    }
+}
+
+/// A pressure on a cone is that on the area of the ring: its nodal forces have the axial and the radial sum of the
+/// true integrals.
+#[test]
+fn pressures_act_on_rings() {
+    let z = [0.5, 0.0, 2.0, 1.0, 2.5, 2.0, 0.0, -0.1];
+    let carried = [Carried { normal: 3.0, friction: Vector::zeros() }; MOST_CORNERS];
+    let force =
+        with_pair([ElementKind::Line2; 2], &z, None, Plane::Axisymmetric, |pair| force::<2>(pair, &carried));
+    let axial = force[1] + force[3];
+    // The contactor's outward normal is to the right of its direction. Radii are 1.5 larger.
+    let ring = std::f64::consts::PI * (3.5_f64.powi(2) - 2.0_f64.powi(2));
+    assert!((axial / (3.0 * ring) - 1.0).abs() < 1e-12, "{axial}");
 }
 
 fn force<const D: usize>(pair: &FacetPair<'_, D>, carried: &[Carried<D>; MOST_CORNERS]) -> Vec<f64> {
@@ -136,14 +198,14 @@ fn tractions<const D: usize>(seed: u32) -> [Carried<D>; MOST_CORNERS] {
     })
 }
 
-fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
+fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool, plane: Plane) {
     for seed in 0..5 {
         let z = coordinates::<D>(kinds, seed, 0.08, -0.05);
         let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, -0.05));
         let undeformed = reference.then_some(&undeformed[..kinds[0].nodes()]);
         let carried = tractions::<D>(seed);
         let direction: Vec<f64> = scatter(z.len(), seed + 7).iter().map(|d| 1e-3 * d).collect();
-        let f = |z: &[f64]| with_pair(kinds, z, undeformed, |pair| force(pair, &carried));
+        let f = |z: &[f64]| with_pair(kinds, z, undeformed, plane, |pair| force(pair, &carried));
         let df = |z: &[f64], d: &[f64]| {
             let mut stiffness = vec![0.0; z.len() * z.len()];
             let frozen = FrozenFacet {
@@ -151,7 +213,7 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
                 changes: FrozenChanges { under_pressure: true, under_friction: true, area: true },
                 ..FrozenFacet::default()
             };
-            with_pair(kinds, z, undeformed, |pair| {
+            with_pair(kinds, z, undeformed, plane, |pair| {
                 pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
             });
             let nodes = z.len() / D;
@@ -172,8 +234,10 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
 #[test]
 fn forces_move_as_their_stiffness_says() {
     for reference in [false, true] {
-        all_pairs(&LINES).into_iter().for_each(|kinds| forces_vary::<2>(kinds, reference));
-        all_pairs(&FACES).into_iter().for_each(|kinds| forces_vary::<3>(kinds, reference));
+        for &plane in planes(2) {
+            all_pairs(&LINES).into_iter().for_each(|kinds| forces_vary::<2>(kinds, reference, plane));
+        }
+        all_pairs(&FACES).into_iter().for_each(|kinds| forces_vary::<3>(kinds, reference, Plane::Strain));
     }
 }
 
@@ -184,7 +248,7 @@ fn resultants<const D: usize>(kinds: [ElementKind; 2]) -> [f64; 2] {
         let mut carried = tractions::<D>(seed);
         carried.iter_mut().for_each(|carried| carried.friction = Vector::zeros());
         let nodes = vectors::<D>(&z);
-        let forces = vectors::<D>(&with_pair(kinds, &z, None, |pair| force(pair, &carried)));
+        let forces = vectors::<D>(&with_pair(kinds, &z, None, Plane::Strain, |pair| force(pair, &carried)));
         let total: Vector<D> = forces.iter().sum();
         let size: f64 = forces.iter().map(|f| f.norm()).sum();
         let moment =
@@ -225,7 +289,7 @@ fn a_uniform_pressure_gives_consistent_loads() {
             y[1] = 60.0 * (y[1] - 0.25);
         }
         let carried = [Carried { normal: 2.0, friction: Vector::zeros() }; MOST_CORNERS];
-        let force = with_pair(kinds, &z, None, |pair| force::<3>(pair, &carried));
+        let force = with_pair(kinds, &z, None, Plane::Strain, |pair| force::<3>(pair, &carried));
         let element = crate::space::reference(kinds[0]);
         let rule = element.rule(4);
         let table = element.tabulate(&rule);
@@ -243,7 +307,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     let z = coordinates::<D>(kinds, 3, 0.0, 0.0);
     let (pressures, size) = ([0.7, 1.3, -0.4, 0.9], z.len());
     let gradient = |z: &[f64]| {
-        with_pair(kinds, z, None, |pair| {
+        with_pair(kinds, z, None, Plane::Strain, |pair| {
             let mut all = vec![0.0; size];
             let none = vec![Vector::zeros(); pair.nodes()];
             pair.vary(
@@ -262,7 +326,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     let mut stiffness = vec![0.0; size * size];
     let potential = pressures.map(|pressure| VertexPotential { pressure, ..VertexPotential::default() });
     let frozen = FrozenFacet::<D> { potential, ..FrozenFacet::default() };
-    with_pair(kinds, &z, None, |pair| {
+    with_pair(kinds, &z, None, Plane::Strain, |pair| {
         pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
     });
     let nodes = size / D;

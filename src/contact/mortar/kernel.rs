@@ -13,7 +13,7 @@
 //! - `t_T` with slip measure and normal (`K_TG`), computed here.
 //! - `v_a`, `c_a` and `kappa`, computed by [`super::integrals::FacetPair::vary`].
 
-use super::surface::VertexSize;
+use super::surface::{VertexFacet, VertexSize};
 use crate::contact::history::History;
 use crate::contact::point::joint::Joint;
 use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Slopes, TermSelection, tractions};
@@ -68,7 +68,8 @@ pub struct VertexSums<const D: usize> {
     /// Covered area of the facets around the vertex, and their whole undeformed area [m, m^2].
     pub cover: f64,
     full: f64,
-    /// Length of the vertex across the plane: 1 in 2D, the square root of its area in 3D [-, m].
+    /// Length of the vertex across the plane: 1 in 2D, that of the circle in axisymmetry, the square root
+    /// of its area in 3D [-, m].
     width: f64,
 }
 
@@ -104,11 +105,11 @@ fn inverse_length(cover: f64, full: f64, width: f64) -> f64 {
     (width / cover - width / full).max(0.0)
 }
 
-/// Whether the covered part of a facet of this size \[m\] is a sliver, much shorter than its depth. A
-/// pair carries `share` of the tractions, and so much of the area counts in `cover`.
-pub(super) fn is_sliver<const D: usize>(depth: f64, cover: f64, size: f64, share: f64) -> bool {
-    let width = share * size.powi(D as i32 - 2);
-    depth * inverse_length(cover, width * size, width) >= ACROSS
+/// Whether the covered part of a facet is a sliver, much shorter than its depth. A pair carries `share`
+/// of the tractions, and so much of the area counts in `cover`.
+pub(super) fn is_sliver(depth: f64, cover: f64, facet: &VertexFacet, share: f64) -> bool {
+    let full = share * facet.area;
+    depth * inverse_length(cover, full, full / facet.size) >= ACROSS
 }
 
 impl<const D: usize> VertexSums<D> {
@@ -117,7 +118,7 @@ impl<const D: usize> VertexSums<D> {
     /// by a sliver that is deeper than long.
     pub fn finish(&mut self, size: &VertexSize) {
         self.full = size.facets * size.share;
-        self.width = if D == 2 { size.share } else { size.share * size.vertex.sqrt() };
+        self.width = size.share * size.width;
         let faces = self.area > COVERED * size.vertex && self.normal.amax() > 0.0;
         if !faces || -self.mean_gap() * self.inverse_length() >= ACROSS {
             *self = Self { depth: self.depth, ..Self::default() };

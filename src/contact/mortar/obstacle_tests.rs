@@ -56,7 +56,8 @@ impl<const D: usize> Scene<D> {
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
         let facets = &mesh.facet_sets["upper.bottom"];
-        let surface = VertexSurface::new(&mesh, facets, &ownership, |kind| is_lumped(&**obstacle, kind));
+        let surface =
+            VertexSurface::new(&mesh, facets, &ownership, |kind| is_lumped(&**obstacle, kind, mesh.plane));
         let state = ContactState::new(surface.vertices().len());
         let contact = VertexContact {
             surface,

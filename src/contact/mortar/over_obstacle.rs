@@ -39,19 +39,23 @@ impl<const D: usize> FacetPair<'_, D> {
         for q in rounding::order(placed.rule.len()) {
             let [first, second, _] = placed.rule.points[q];
             let contactor = FacetShape::at(self.contactor.kind, [first, second]);
-            let proximity = placed.obstacle.proximity(&interpolate(&contactor.value, self.contactor.nodes));
+            let x = interpolate(&contactor.value, self.contactor.nodes);
+            let proximity = placed.obstacle.proximity(&x);
             let fade = self.range.fade(proximity.gap);
             let tangents = tangents(&contactor, self.contactor.nodes);
             let vector_area = facet_normal(&tangents);
             let size = vector_area.norm();
             let cosine = if size > 0.0 { -vector_area.dot(&proximity.normal) / size } else { 0.0 };
             let (part, by_cosine) = facing(cosine);
-            let stretch = match self.measure {
-                AreaMeasure::Current => size,
-                AreaMeasure::Reference(nodes) => {
-                    facet_normal(&super::integrals::tangents(&contactor, nodes)).norm()
-                }
+            let (per_depth, depth) = match self.measure {
+                AreaMeasure::Current => (size, self.across.depth(x[0])),
+                AreaMeasure::Reference(nodes) => (
+                    facet_normal(&super::integrals::tangents(&contactor, nodes)).norm(),
+                    self.across.plane.depth(interpolate(&contactor.value, nodes)[0]),
+                ),
             };
+            let stretch = per_depth * depth;
+            let by_radius = self.across.plane.depth_slope() * per_depth;
             let weight = placed.rule.weights[q];
             let point = Point {
                 weights: FacetShape::at(linear(self.contactor.kind), [first, second]),
@@ -79,7 +83,11 @@ impl<const D: usize> FacetPair<'_, D> {
                         / size;
                     let by_part = by_angle * (by_cosine * weight * stretch);
                     let by_size = match self.measure {
-                        AreaMeasure::Current => by_size * (part * weight),
+                        AreaMeasure::Current => {
+                            let mut by_size = by_size * depth;
+                            by_size[0] += by_radius * shape;
+                            by_size * (part * weight)
+                        }
                         AreaMeasure::Reference(_) => Vector::zeros(),
                     };
                     let by_gap = proximity.normal * shape;

@@ -7,7 +7,7 @@ use super::shape::FacetShape;
 use super::split::linear;
 use crate::contact::nodal::at;
 use crate::contact::surface::Ownership;
-use crate::mesh::{ElementKind, Facet, Mesh};
+use crate::mesh::{ElementKind, Facet, Mesh, Plane};
 use crate::space::{facet_normal, facet_tangents, reference};
 use crate::tensor::Vector;
 
@@ -18,6 +18,9 @@ pub struct VertexSize {
     pub vertex: f64,
     /// Area of the facets around it [m, m^2].
     pub facets: f64,
+    /// Length across the plane: 1 in 2D, that of the circle in axisymmetry, the square root of the
+    /// vertex's area in 3D [-, m].
+    pub width: f64,
     /// Part of the tractions that each side carries as the contactor.
     pub share: f64,
 }
@@ -33,10 +36,24 @@ pub struct VertexFacet {
     pub vertices: [Option<u32>; 4],
     /// Size \[m\]: the square root of its undeformed area in 3D, its length in 2D.
     pub size: f64,
+    /// Undeformed area, in axisymmetry of the whole revolution [m, m^2].
+    pub area: f64,
     /// `int Phi_A Phi_B` over the undeformed facet [m, m^2]; for a lumped facet `int Phi_A` on the
     /// diagonal.
     pub shares: [[f64; 4]; 4],
     nodes: Range<usize>,
+}
+
+/// Undeformed size of a facet.
+struct FacetWeight {
+    size: f64,
+    area: f64,
+    shares: [[f64; 4]; 4],
+}
+
+/// Extent across the plane where the shape functions of nodes at these positions have these values.
+fn depth_at<const D: usize>(plane: Plane, points: &[Vector<D>], shape: &[f64]) -> f64 {
+    plane.depth(points.iter().zip(shape).map(|(point, n)| point[0] * n).sum())
 }
 
 /// Vertices of one contactor that this rank owns, with the facets around them.
@@ -54,6 +71,7 @@ pub struct VertexSurface<const D: usize> {
     /// Facets around vertex `p`: `around[first[p]..first[p + 1]]`.
     first: Vec<u32>,
     around: Vec<u32>,
+    plane: Plane,
 }
 
 impl<const D: usize> VertexSurface<D> {
@@ -88,6 +106,7 @@ impl<const D: usize> VertexSurface<D> {
             reference_area: vec![0.0; numbers.len()],
             first: Vec::new(),
             around: Vec::new(),
+            plane: mesh.plane,
         };
         for facet in sorted {
             mesh.facet_nodes(facet, &mut nodes);
@@ -104,38 +123,35 @@ impl<const D: usize> VertexSurface<D> {
             surface
                 .reference_points
                 .extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])));
-            let (size, mut shares) = surface.weigh(kind, first, &vertices);
+            let FacetWeight { size, area, mut shares } = surface.weigh(kind, first, &vertices);
             if lumped(kind) {
                 shares = std::array::from_fn(|a| {
                     std::array::from_fn(|b| if a == b { shares[a].iter().sum() } else { 0.0 })
                 });
             }
             let nodes = first..surface.nodes.len();
-            surface.facets.push(VertexFacet { facet, kind, vertices, size, shares, nodes });
+            surface.facets.push(VertexFacet { facet, kind, vertices, size, area, shares, nodes });
         }
         surface.link();
         surface
     }
 
-    /// Adds the undeformed area of a facet to its vertices. Returns the size of the facet and the
-    /// shares of pairs of vertices.
-    fn weigh(
-        &mut self,
-        kind: ElementKind,
-        first: usize,
-        vertices: &[Option<u32>; 4],
-    ) -> (f64, [[f64; 4]; 4]) {
+    /// Adds the undeformed area of a facet to its vertices.
+    fn weigh(&mut self, kind: ElementKind, first: usize, vertices: &[Option<u32>; 4]) -> FacetWeight {
         let points = &self.reference_points[first..];
         let element = reference(kind);
         let rule = element.rule(5);
         let table = element.tabulate(&rule);
         let width = table.nodes * (D - 1);
-        let mut total = 0.0;
+        let mut per_depth = 0.0;
+        let mut whole = 0.0;
         let mut shares = [[0.0; 4]; 4];
         for (q, at) in rule.points.iter().enumerate() {
             let tangents = facet_tangents(points, &table.dn[q * width..(q + 1) * width]);
-            let area = table.weights[q] * facet_normal(&tangents).norm();
-            total += area;
+            let part = table.weights[q] * facet_normal(&tangents).norm();
+            let area = part * depth_at(self.plane, points, &table.n[q * table.nodes..(q + 1) * table.nodes]);
+            per_depth += part;
+            whole += area;
             let weights = FacetShape::at(linear(kind), [at[0], at[1]]);
             for (row, a) in shares.iter_mut().zip(weights.value) {
                 row.iter_mut().zip(weights.value).for_each(|(share, b)| *share += area * a * b);
@@ -146,7 +162,7 @@ impl<const D: usize> VertexSurface<D> {
                 }
             }
         }
-        (total.powf(1.0 / (D as f64 - 1.0)), shares)
+        FacetWeight { size: per_depth.powf(1.0 / (D as f64 - 1.0)), area: whole, shares }
     }
 
     fn link(&mut self) {
@@ -161,6 +177,11 @@ impl<const D: usize> VertexSurface<D> {
             }))
             .collect();
         self.around = lists.concat();
+    }
+
+    /// State across the plane, in two dimensions.
+    pub fn plane(&self) -> Plane {
+        self.plane
     }
 
     /// Facets with a vertex of this rank, in the order of the input mesh.
@@ -208,7 +229,8 @@ impl<const D: usize> VertexSurface<D> {
             points.extend(nodes.map(|(&node, place)| place + at::<D>(u, node)));
             for (q, place) in rule.points.iter().enumerate() {
                 let tangents = facet_tangents(&points, &table.dn[q * width..(q + 1) * width]);
-                let area = table.weights[q] * facet_normal(&tangents).norm();
+                let depth = depth_at(self.plane, &points, &table.n[q * table.nodes..(q + 1) * table.nodes]);
+                let area = table.weights[q] * facet_normal(&tangents).norm() * depth;
                 let weights = FacetShape::at(linear(facet.kind), [place[0], place[1]]);
                 for (vertex, weight) in facet.vertices.iter().zip(weights.value) {
                     if let Some(vertex) = vertex {
@@ -222,9 +244,11 @@ impl<const D: usize> VertexSurface<D> {
 
     /// Undeformed sizes around a vertex whose contact carries this share of the tractions.
     pub fn size_of(&self, vertex: usize, share: f64) -> VertexSize {
-        let area = |&facet: &u32| self.facets[facet as usize].size.powi(D as i32 - 1);
-        let facets = self.around(vertex).iter().map(area).sum();
-        VertexSize { vertex: self.reference_area[vertex], facets, share }
+        let around = || self.around(vertex).iter().map(|&facet| &self.facets[facet as usize]);
+        let facets: f64 = around().map(|facet| facet.area).sum();
+        let own = self.reference_area[vertex];
+        let width = if D == 2 { facets / around().map(|facet| facet.size).sum::<f64>() } else { own.sqrt() };
+        VertexSize { vertex: own, facets, width, share }
     }
 
     /// Undeformed position of a vertex \[m\].

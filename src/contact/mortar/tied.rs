@@ -1,6 +1,6 @@
 //! Ties of two surfaces whose meshes need not match (theory, section 3.16).
 
-use super::integrals::{AreaMeasure, FacetPair, Opposite, PairWorkspace, PlacedFacet, Range};
+use super::integrals::{AcrossPlane, AreaMeasure, FacetPair, Opposite, PairWorkspace, PlacedFacet, Range};
 use super::surface::VertexSurface;
 use crate::contact::surface::Ownership;
 use crate::mesh::{Bounds, BoundsTree, Facet, Mesh, Tie};
@@ -98,8 +98,9 @@ impl<const D: usize> TiedSurfaces<'_, D> {
                 let pair = FacetPair {
                     contactor: PlacedFacet { kind: facet.kind, nodes: &placed },
                     target: Opposite::Facet(PlacedFacet { kind: mesh.facet_kind(target), nodes: &others }),
-                    measure: AreaMeasure::Reference(&placed),
+                    measure: AreaMeasure::Reference(reference),
                     range,
+                    across: AcrossPlane { plane: mesh.plane, origin: origin[0] },
                 };
                 let Some(integrals) = pair.integrate(&mut workspace) else { continue };
                 for (vertex, part) in facet.vertices.iter().zip(&integrals.vertices) {

@@ -3,9 +3,18 @@
 use super::*;
 
 fn derivatives<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
+    require_derivatives(kind, mesh, variants(kind));
+}
+
+/// Fails unless energy, force and tangent of these formulations are derivatives of one another.
+pub(super) fn require_derivatives<const D: usize>(
+    kind: ElementKind,
+    mesh: &Mesh<D>,
+    formulations: Vec<Formulation>,
+) {
     let (u, d) = (random(mesh, 0.02, 21), random(mesh, 0.02, 22));
     let everyone = vec![true; mesh.element_count()];
-    for formulation in variants(kind) {
+    for formulation in formulations {
         let what = format!("{kind} {formulation:?}");
         let group = group(mesh, formulation);
         let energy = |u: &[f64]| vec![group.strain_energy(u, &everyone)];

@@ -1,6 +1,7 @@
 //! The element kernels compared with energies, finite differences, exact solutions and each other,
 //! for all elements.
 
+mod axisymmetric;
 mod consistency;
 mod exactness;
 mod lanes;

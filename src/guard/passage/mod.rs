@@ -252,7 +252,7 @@ fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: 
         }
         let outward = normal_of(&std::array::from_fn(|k| nodes[k].end));
         let Some(outward) = outward.try_normalize(0.0) else { return false };
-        points_of(obstacle, facet.kind, &nodes).any(|point| {
+        points_of(obstacle, facet.kind, contact.plane(), &nodes).any(|point| {
             let away = core.offset(&point.end);
             let height = away.dot(&outward);
             height.abs() <= core.radius + contact.facet_size && (away - outward * height).norm() < core.radius
@@ -265,7 +265,9 @@ fn passing<const D: usize>(contact: &LocalContact<D>, obstacle: &dyn Shape<D>, e
     let surface = contact.surface();
     let of_facet = |facet: &SurfaceFacet| {
         let nodes = nodes_of(contact, facet, ends);
-        points_of(obstacle, facet.kind, &nodes).filter(|path| path.passes_obstacle(obstacle)).count() as u64
+        points_of(obstacle, facet.kind, contact.plane(), &nodes)
+            .filter(|path| path.passes_obstacle(obstacle))
+            .count() as u64
     };
     surface.facets().iter().map(of_facet).sum()
 }
@@ -286,7 +288,9 @@ fn between_points<const D: usize>(
     let mut count = 0;
     for facet in surface.facets() {
         let corners = nodes_of(contact, facet, ends);
-        if points_of(obstacle, facet.kind, &corners).any(|point| obstacle.gap(&point.end) <= 0.0) {
+        if points_of(obstacle, facet.kind, contact.plane(), &corners)
+            .any(|point| obstacle.gap(&point.end) <= 0.0)
+        {
             continue;
         }
         let around = around(&corners);

@@ -8,7 +8,7 @@ use crate::contact::obstacle::Shape;
 use crate::contact::passage::Path;
 use crate::contact::surface::SurfaceFacet;
 use crate::error::Result;
-use crate::mesh::{Bounds, ElementKind, Facet};
+use crate::mesh::{Bounds, ElementKind, Facet, Plane};
 use crate::partition::LocalMesh;
 use crate::partition::exchange::{NodeExchange, NodeField};
 use crate::petsc::Session;
@@ -178,9 +178,10 @@ pub(super) fn nodes_of<const D: usize>(
 pub(super) fn points_of<const D: usize>(
     obstacle: &dyn Shape<D>,
     kind: ElementKind,
+    plane: Plane,
     nodes: &[Path<D>],
 ) -> impl Iterator<Item = Path<D>> {
-    rule_of(obstacle, kind).points.iter().map(move |&[first, second, _]| {
+    rule_of(obstacle, kind, plane).points.iter().map(move |&[first, second, _]| {
         let shape = FacetShape::at(kind, [first, second]).value;
         let between =
             |at: fn(&Path<D>) -> Point<D>| nodes.iter().zip(shape).map(|(node, n)| at(node) * n).sum();

@@ -294,12 +294,20 @@ impl Content {
                 return Err(refused(is("solid, but the case has dimension 2")).hint(cure));
             }
             Class::Plane(what) if dimension == 2 => {
-                let cure = match (self.plane, what == Plane::Stress.name()) {
-                    (Plane::Strain, true) => {
+                let cure = match (self.plane, what) {
+                    (_, "axisymmetry") => {
+                        "write `dimension: axisymmetric` in the case; if a plane body is meant, rename the type \
+                         to CPE3, CPE4, CPE6 or CPE8 in the file"
+                    }
+                    (Plane::Axisymmetric, _) => {
+                        "the case has `dimension: axisymmetric`; if that is meant, rename the type to CAX3, CAX4, \
+                         CAX6 or CAX8 in the file"
+                    }
+                    (Plane::Strain, "plane stress") => {
                         "write `plane: stress` in the case; if plane strain is meant, rename the type to CPE3, \
                          CPE4, CPE6 or CPE8 in the file"
                     }
-                    (Plane::Strain, false) => {
+                    (Plane::Strain, _) => {
                         "a case of dimension 2 is plane strain; if that is meant, rename the type to CPE3, CPE4, \
                          CPE6 or CPE8 in the file"
                     }

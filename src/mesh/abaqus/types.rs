@@ -38,9 +38,10 @@ const VARIANTS: &str = "RHIMST";
 
 /// The class of a type in upper case, for plane elements of the state `plane`.
 pub(super) fn classify(name: &str, plane: Plane) -> Class {
-    let (solid, own) = match name.strip_prefix("CPS") {
-        Some(rest) => (format!("CPE{rest}"), Plane::Stress),
-        None => (name.to_owned(), Plane::Strain),
+    let (solid, own) = match (name.strip_prefix("CPS"), name.strip_prefix("CAX")) {
+        (Some(rest), _) => (format!("CPE{rest}"), Plane::Stress),
+        (_, Some(rest)) => (format!("CPE{rest}"), Plane::Axisymmetric),
+        _ => (name.to_owned(), Plane::Strain),
     };
     for (base, kind) in SOLIDS {
         let Some(variant) = solid.strip_prefix(base) else { continue };
@@ -56,7 +57,8 @@ pub(super) fn classify(name: &str, plane: Plane) -> Class {
     match name {
         _ if begins(&["CPS"]) => Class::Unknown(""),
         _ if begins(&["CPEG"]) => Class::Plane("generalised plane strain"),
-        _ if begins(&["CAX", "CGAX"]) => Class::Plane("axisymmetric"),
+        _ if begins(&["CAX"]) => Class::Unknown(""),
+        _ if begins(&["CGAX"]) => Class::Plane("axisymmetry with twist"),
         _ if begins(&["C3D"]) && nodes == "15" => Class::Unknown(" (a wedge of second order)"),
         _ if begins(&["C3D"]) && nodes == "13" => Class::Unknown(" (a pyramid of second order)"),
         _ if begins(&["C3D", "CPE", "CCL", "CSS", "SC6", "SC8", "DC", "AC", "F3D", "F2D"]) => {
