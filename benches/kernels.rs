@@ -10,7 +10,7 @@ use contact_petsc::element::{
     ElementGroup, ElementSink, Formulation, Inverted, Kinematics, Locking, Request,
 };
 use contact_petsc::material::Material;
-use contact_petsc::mesh::{BoxShape, ElementKind, Plane};
+use contact_petsc::mesh::{BoxShape, ElementKind, PlaneState};
 
 /// Looks at what arrives, as little as possible.
 struct Look(f64);
@@ -45,15 +45,15 @@ fn variants<const D: usize>(kind: ElementKind) {
         ("neo_hookean", Kinematics::Linear),
     ];
     let treatments = [
-        ("none", Locking::None, Plane::Strain),
-        ("selective_reduced", Locking::SelectiveReduced, Plane::Strain),
-        ("mean_dilatation", Locking::MeanDilatation, Plane::Strain),
-        ("plane stress", Locking::None, Plane::Stress),
+        ("none", Locking::None, PlaneState::Strain),
+        ("selective_reduced", Locking::SelectiveReduced, PlaneState::Strain),
+        ("mean_dilatation", Locking::MeanDilatation, PlaneState::Strain),
+        ("plane stress", Locking::None, PlaneState::Stress),
     ];
     for ((law, kinematics), (treatment, locking, plane)) in
         laws.into_iter().flat_map(|law| treatments.map(|treatment| (law, treatment)))
     {
-        if !locking.offered(kind) || (D == 3 && plane == Plane::Stress) {
+        if !locking.offered(kind) || (D == 3 && plane == PlaneState::Stress) {
             continue;
         }
         let material = Material::named(law, 1.0, 0.3).expect("a law of the table");

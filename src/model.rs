@@ -44,7 +44,7 @@ pub struct Model<const D: usize> {
     /// The displacement boundaries.
     pub supports: Vec<Support<D>>,
     /// The supports along one direction.
-    pub rollers: Vec<Roller<D>>,
+    pub rollers: Vec<RollerModel<D>>,
     /// The foundations, and the springs and dashpots at nodes.
     pub elastic_supports: Vec<ElasticSupport<D>>,
     /// The loads.
@@ -139,7 +139,7 @@ pub struct FreeBodyModel<const D: usize> {
     /// Force at the centre of mass \[N\].
     pub force: [Option<PlacedFunction>; D],
     /// Stiffness of the springs at the centre of mass \[N/m\].
-    pub stiffness: Coefficients<D>,
+    pub stiffness: SupportCoefficients<D>,
     /// Torque in space \[N m\].
     pub torque: [Option<PlacedFunction>; 3],
     /// Acceleration of gravity \[m/s2\], one function per direction, or none.
@@ -309,7 +309,7 @@ pub struct Support<const D: usize> {
 
 /// A support along one direction (3.31).
 #[derive(Debug, Clone)]
-pub struct Roller<const D: usize> {
+pub struct RollerModel<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// `body` or `body.set`, or the joined name of a list of these.
@@ -330,9 +330,9 @@ pub struct ElasticSupport<const D: usize> {
     /// What it acts on.
     pub on: Grounded,
     /// Stiffness per reference area [Pa/m], or of each node \[N/m\].
-    pub stiffness: Coefficients<D>,
+    pub stiffness: SupportCoefficients<D>,
     /// Viscosity per reference area [Pa s/m], or of each node [N s/m].
-    pub damping: Coefficients<D>,
+    pub damping: SupportCoefficients<D>,
 }
 
 /// What springs and dashpots connect to the ground.
@@ -348,7 +348,7 @@ pub enum Grounded {
 
 /// Coefficients by direction, constant in time; without a function they are zero.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Coefficients<const D: usize> {
+pub struct SupportCoefficients<const D: usize> {
     /// Along the axes.
     pub axes: [Option<PlacedFunction>; D],
     /// Along the reference normal of a surface.
@@ -357,7 +357,7 @@ pub struct Coefficients<const D: usize> {
     pub tangential: Option<PlacedFunction>,
 }
 
-impl<const D: usize> Coefficients<D> {
+impl<const D: usize> SupportCoefficients<D> {
     /// No coefficient in any direction.
     pub const NONE: Self = Self { axes: [const { None }; D], normal: None, tangential: None };
 

@@ -15,7 +15,7 @@ use common::Folder;
 use contact_petsc::case::{Case, Function};
 use contact_petsc::checkpoint;
 use contact_petsc::error::Error;
-use contact_petsc::mesh::{Plane, abaqus, gmsh, read_file};
+use contact_petsc::mesh::{PlaneState, abaqus, gmsh, read_file};
 use contact_petsc::model::read_mesh;
 use contact_petsc::output::vtu_reader;
 use contact_petsc::plot::Csv;
@@ -247,7 +247,7 @@ fn refuse(input: &Input, folder: &Path) -> Result<(), Error> {
         Input::Gigabyte(name, _) => {
             let path = folder.join(name);
             match path.extension().and_then(|end| end.to_str()) {
-                Some("msh" | "inp") => read_file::<2>(&path, None, Plane::Strain).map(drop),
+                Some("msh" | "inp") => read_file::<2>(&path, None, PlaneState::Strain).map(drop),
                 Some("ckpt") => checkpoint::verify(&path).map(drop),
                 _ => Case::read(&path).map(drop),
             }

@@ -6,7 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::ContactSystem;
 use crate::element::{LOCKS, Locking, locks};
-use crate::mesh::{ElementKind, Plane};
+use crate::mesh::{ElementKind, PlaneState};
 use crate::model::{Body, Model};
 
 /// Poisson's ratio from which on pressures of second-order elements without a mean dilatation are
@@ -75,7 +75,7 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
             let has_cure =
                 Locking::SelectiveReduced.offered(used.kind) || Locking::MeanDilatation.offered(used.kind);
             let formulation = &body.materials[used.material].formulation;
-            !has_cure && formulation.plane == Plane::Strain && locks(&formulation.moduli())
+            !has_cure && formulation.plane == PlaneState::Strain && locks(&formulation.moduli())
         };
         let kinds = kinds_of(used, bad);
         let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
@@ -97,7 +97,7 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
                 Locking::SelectiveReduced => matches!(used.kind, ElementKind::Quad8 | ElementKind::Hex20),
                 Locking::Auto | Locking::None => used.kind.order() > 1,
             };
-            is_poor && formulation.plane == Plane::Strain && ratio > NOISY - ROUNDING
+            is_poor && formulation.plane == PlaneState::Strain && ratio > NOISY - ROUNDING
         };
         let kinds = kinds_of(used, poor);
         (!kinds.is_empty()).then(|| {

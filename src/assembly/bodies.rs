@@ -10,7 +10,7 @@ use super::build::{extent, farthest, free_bodies, physics, supports};
 use super::contact::LocalContact;
 use super::damping::DampingMatrix;
 use super::elastic::ElasticSupports;
-use super::free_bodies::{FreeBodies, Turn};
+use super::free_bodies::{FreeBodies, TurnDirection};
 use super::holding::Holding;
 use super::mass::{MassMatrix, Masses, Supported};
 use super::pattern::pattern_of_elements;
@@ -511,7 +511,7 @@ impl<const D: usize> Bodies<D> {
     /// Stores the rotations of free rigid bodies at the end of an accepted step. Collective.
     pub(super) fn accept_rigid(&mut self, stage: &Stage) {
         let session = Rc::clone(&self.session);
-        self.free.turn(&session, stage, Turn::Forwards);
+        self.free.turn(&session, stage, TurnDirection::Forwards);
     }
 
     /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic or a free rigid body.

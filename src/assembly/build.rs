@@ -18,7 +18,7 @@ use crate::model::regions::softest_beneath;
 use crate::model::{self, MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
-use crate::space::{Boundary, DofMap, Held};
+use crate::space::{DisplacementBoundary, DofMap, Held};
 use crate::tensor::Vector;
 
 /// A body, or a piece of one, that no support holds in some direction.
@@ -57,12 +57,12 @@ pub(super) fn supports<const D: usize>(
     local: &LocalMesh<D>,
     model: &Model<D>,
 ) -> Result<Supports<D>> {
-    let boundary = |support: &crate::model::Support<D>| Boundary {
+    let boundary = |support: &crate::model::Support<D>| DisplacementBoundary {
         name: support.name.clone(),
         set: support.set.clone(),
         components: std::array::from_fn(|i| support.components[i].is_some()),
     };
-    let boundaries: Vec<Boundary<D>> = model.supports.iter().map(boundary).collect();
+    let boundaries: Vec<DisplacementBoundary<D>> = model.supports.iter().map(boundary).collect();
     let motion = |k: usize, component: usize| &model.supports[k].components[component];
     let same = |[a, b]: [usize; 2], component| motion(a, component) == motion(b, component);
     let mut dofs = agree(world, DofMap::new(&local.mesh, &boundaries, same))?;

@@ -18,7 +18,7 @@ use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
 use crate::contact::totals::ContactEnergy;
 use crate::dynamics::FrictionMode;
 use crate::error::{Error, Result};
-use crate::mesh::{Facet, Plane};
+use crate::mesh::{Facet, PlaneState};
 use crate::model::{self, Target};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
@@ -122,7 +122,7 @@ impl<const D: usize> LocalContact<D> {
     }
 
     /// State across the plane, in two dimensions.
-    pub fn plane(&self) -> Plane {
+    pub fn plane(&self) -> PlaneState {
         self.pair.contact.surface.plane()
     }
 

@@ -6,7 +6,7 @@ use super::scatter::{LiftTarget, MatrixSink, ScatterMap};
 use crate::element::{ElementSink, LoadedSurface};
 use crate::error::{Error, Result};
 use crate::mesh::Facet;
-use crate::model::{Coefficients, ElasticSupport, Grounded};
+use crate::model::{ElasticSupport, Grounded, SupportCoefficients};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues};
 use crate::space::Held;
@@ -91,7 +91,7 @@ impl<const D: usize> ElasticSupports<D> {
         inertia: bool,
     ) -> Result<Self> {
         let supports = given.iter().map(|support| {
-            let none = Coefficients::NONE;
+            let none = SupportCoefficients::NONE;
             let damping = if inertia { &support.damping } else { &none };
             let coefficients = [&support.stiffness, damping];
             let patches = match support.on {
@@ -298,7 +298,7 @@ fn add_products<const D: usize>(patch: &Patch, matrices: &[f64], field: &[f64], 
 fn facets<const D: usize>(
     local: &LocalMesh<D>,
     support: &ElasticSupport<D>,
-    [stiffness, damping]: [&Coefficients<D>; 2],
+    [stiffness, damping]: [&SupportCoefficients<D>; 2],
     pattern: &BlockPattern,
     held: &Held<D>,
 ) -> Result<Vec<Patch>> {
@@ -356,7 +356,7 @@ fn owned_nodes<const D: usize>(local: &LocalMesh<D>, support: &ElasticSupport<D>
 fn springs_at<const D: usize>(
     local: &LocalMesh<D>,
     nodes: Vec<u32>,
-    [stiffness, damping]: [&Coefficients<D>; 2],
+    [stiffness, damping]: [&SupportCoefficients<D>; 2],
     pattern: &BlockPattern,
     held: &Held<D>,
 ) -> Result<Patch> {

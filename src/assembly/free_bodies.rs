@@ -43,7 +43,7 @@ pub(super) struct FreeBody<const D: usize> {
 
 /// Whether stored rotations move from the start of a step to its end, or back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Turn {
+pub enum TurnDirection {
     /// To the end.
     Forwards,
     /// From the end to the start.
@@ -466,11 +466,11 @@ impl<const D: usize> FreeBodies<D> {
     }
 
     /// Turns the stored rotations by the rotation of this step. Collective.
-    pub fn turn(&mut self, session: &Session, stage: &Stage, turn: Turn) {
+    pub fn turn(&mut self, session: &Session, stage: &Stage, turn: TurnDirection) {
         if self.is_empty() {
             return;
         }
-        let sign = if turn == Turn::Forwards { 1.0 } else { -1.0 };
+        let sign = if turn == TurnDirection::Forwards { 1.0 } else { -1.0 };
         let fields = self.fields(session, stage);
         for (body, fields) in self.bodies.iter_mut().zip(&fields) {
             body.orientation = body.rigid.turned(&body.orientation, &(fields.change() * sign));

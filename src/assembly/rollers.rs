@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use crate::case::PlacedFunction;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, spelled};
-use crate::model::Roller;
+use crate::model::RollerModel;
 use crate::partition::LocalMesh;
 use crate::partition::exchange::NodeExchange;
 use crate::space::{Held, PrescribedFields, facet_normal, facet_tangents, reference};
@@ -66,7 +66,7 @@ impl<const D: usize> Rollers<D> {
     pub(super) fn new(
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
-        rollers: &[Roller<D>],
+        rollers: &[RollerModel<D>],
         held: &mut Held<D>,
     ) -> Result<Self> {
         if rollers.is_empty() {
@@ -193,7 +193,7 @@ impl<const D: usize> RollerNode<D> {
 /// The owned nodes on rollers, in ascending order.
 fn own_nodes<const D: usize>(
     local: &LocalMesh<D>,
-    rollers: &[Roller<D>],
+    rollers: &[RollerModel<D>],
     held: &Held<D>,
 ) -> Result<Vec<RollerNode<D>>> {
     let mut found: Vec<(u32, usize, Vector<D>)> = Vec::new();
@@ -256,7 +256,7 @@ fn resolve<const D: usize>(
 
 /// Unit normals of a surface at its owned nodes: means over the facets, weighted by their area at the
 /// node. All facets at an owned node are local.
-fn normals<const D: usize>(local: &LocalMesh<D>, roller: &Roller<D>) -> Result<Vec<(u32, Vector<D>)>> {
+fn normals<const D: usize>(local: &LocalMesh<D>, roller: &RollerModel<D>) -> Result<Vec<(u32, Vector<D>)>> {
     let Some(facets) = local.mesh.facet_sets.get(&roller.set) else {
         let message =
             format!("the roller '{}' has no normal, because '{}' is no surface", roller.name, roller.set);

@@ -4,7 +4,7 @@ use super::rollers::Rollers;
 use crate::case::PlacedFunction;
 use crate::error::{Error, Result};
 use crate::model::Support;
-use crate::space::{DofMap, PrescribedFields, PrescribedMotion};
+use crate::space::{DofMap, PrescribedFields, PrescribedState};
 use crate::tensor::in_space;
 
 /// The displacement boundaries of a rank.
@@ -33,7 +33,7 @@ impl<const D: usize> Supports<D> {
             };
             let at = function.motion(in_space(point), time);
             function.require_sound(&at, point, time)?;
-            Ok(PrescribedMotion { u: factor * at.value, v: factor * at.rate, a: factor * at.second })
+            Ok(PrescribedState { u: factor * at.value, v: factor * at.rate, a: factor * at.second })
         };
         let along_axes = PrescribedFields { u: &mut *fields.u, v: &mut *fields.v, a: &mut *fields.a };
         self.dofs.fill(points, motion, along_axes)?;

@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::free_bodies::{FreeState, RigidVelocity, Turn};
+use super::free_bodies::{FreeState, RigidVelocity, TurnDirection};
 use super::system::ContactSystem;
 use crate::contact::rigid::{MotionInstant, MotionStep};
 use crate::dynamics::{OverStep, RigidInstant, Stage};
@@ -88,7 +88,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Turns the stored rotations of free rigid bodies by the rotation of the step in `stage`.
     /// Collective.
-    pub fn turn_rigid(&mut self, stage: &Stage, turn: Turn) {
+    pub fn turn_rigid(&mut self, stage: &Stage, turn: TurnDirection) {
         let session = self.bodies.session.clone();
         self.bodies.free.turn(&session, stage, turn);
     }

@@ -9,7 +9,7 @@ mod rigid;
 mod run;
 mod tied;
 
-use super::{At, Case, Dimension, Mesh};
+use super::{At, Case, Mesh, SpaceDimension};
 use crate::reader::complaint::Complaint;
 use crate::reader::findings::Findings;
 use crate::reader::function::{Function, Varying};
@@ -65,9 +65,9 @@ impl Check<'_> {
     fn plane(&mut self) {
         let Some(plane) = &self.case.plane else { return };
         let dimension = match self.case.dimension.value {
-            Dimension::Number(3) => "3",
-            Dimension::Axisymmetric => "axisymmetric",
-            Dimension::Number(_) => return,
+            SpaceDimension::Number(3) => "3",
+            SpaceDimension::Axisymmetric => "axisymmetric",
+            SpaceDimension::Number(_) => return,
         };
         self.found.say(plane.place, format!("`plane` is for 2D, but `dimension` is {dimension}"));
         self.found.cure("remove it, or set `dimension: 2`");

@@ -8,21 +8,21 @@ use serde::de::{Deserializer, Error, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-/// Spelling of [`Dimension::Axisymmetric`].
+/// Spelling of [`SpaceDimension::Axisymmetric`].
 const AXISYMMETRIC: &str = "axisymmetric";
 
 /// The dimension as a case writes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dimension {
+pub enum SpaceDimension {
     /// 2 or 3. Other numbers are refused by the checks.
-    Number(u32),
+    Number(i64),
     /// Bodies of revolution about the y axis, in the meridian plane with x as the radius.
     Axisymmetric,
 }
 
-impl Dimension {
+impl SpaceDimension {
     /// Number of coordinates of a node.
-    pub fn coordinates(self) -> u32 {
+    pub fn coordinates(self) -> i64 {
         match self {
             Self::Number(number) => number,
             Self::Axisymmetric => 2,
@@ -35,7 +35,7 @@ impl Dimension {
     }
 }
 
-impl<'de> Deserialize<'de> for Dimension {
+impl<'de> Deserialize<'de> for SpaceDimension {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(AnyDimension)
     }
@@ -44,28 +44,33 @@ impl<'de> Deserialize<'de> for Dimension {
 struct AnyDimension;
 
 impl Visitor<'_> for AnyDimension {
-    type Value = Dimension;
+    type Value = SpaceDimension;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("2, 3 or axisymmetric")
     }
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Dimension, E> {
-        u32::try_from(value)
-            .map(Dimension::Number)
-            .map_err(|_| E::custom(format!("the dimension is 2, 3 or axisymmetric, not {value}")))
+    fn visit_i64<E: Error>(self, value: i64) -> Result<SpaceDimension, E> {
+        Ok(SpaceDimension::Number(value))
     }
-    fn visit_u64<E: Error>(self, value: u64) -> Result<Dimension, E> {
-        Ok(Dimension::Number(u32::try_from(value).unwrap_or(u32::MAX)))
+    fn visit_u64<E: Error>(self, value: u64) -> Result<SpaceDimension, E> {
+        Ok(SpaceDimension::Number(i64::try_from(value).unwrap_or(i64::MAX)))
     }
-    fn visit_str<E: Error>(self, value: &str) -> Result<Dimension, E> {
+    fn visit_f64<E: Error>(self, value: f64) -> Result<SpaceDimension, E> {
+        // What stands in for a value that cannot be read is a number as well.
+        if value.fract() == 0.0 {
+            return Ok(SpaceDimension::Number(value as i64));
+        }
+        Err(E::custom(format!("the dimension is 2, 3 or axisymmetric, not {value}")))
+    }
+    fn visit_str<E: Error>(self, value: &str) -> Result<SpaceDimension, E> {
         if value == AXISYMMETRIC {
-            return Ok(Dimension::Axisymmetric);
+            return Ok(SpaceDimension::Axisymmetric);
         }
         Err(E::custom(format!("the dimension is 2, 3 or axisymmetric, not '{value}'")))
     }
 }
 
-impl Serialize for Dimension {
+impl Serialize for SpaceDimension {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Number(number) => number.serialize(serializer),
@@ -74,12 +79,12 @@ impl Serialize for Dimension {
     }
 }
 
-impl JsonSchema for Dimension {
+impl JsonSchema for SpaceDimension {
     fn inline_schema() -> bool {
         true
     }
     fn schema_name() -> Cow<'static, str> {
-        "Dimension".into()
+        "SpaceDimension".into()
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         schemars::json_schema!({ "enum": [2, 3, AXISYMMETRIC] })

@@ -44,7 +44,7 @@ pub use boundary::{Action, Boundary};
 pub use components::{Components, Force, Torque};
 pub use contact::{ALL, Area, Contact, InitialOverclosure};
 pub use damping::{Damping, Rayleigh};
-pub use dimension::Dimension;
+pub use dimension::SpaceDimension;
 pub use elastic::{Directional, Foundation, Spring};
 pub use guard::Guard;
 pub use output::{Checkpoint, FieldFormat, Fields, Line, Output, Probe};
@@ -97,7 +97,7 @@ pub struct Case {
     pub parameters: Parameters,
     /// 2: plane strain or plane stress, with a thickness of one unit of length; 3: solid;
     /// `axisymmetric`: bodies of revolution about the y axis, with x as the radius.
-    pub dimension: At<Dimension>,
+    pub dimension: At<SpaceDimension>,
     /// State across the plane, in 2D; `strain` if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane: Option<At<Plane>>,
@@ -339,7 +339,7 @@ impl Case {
 
     /// Whether all bodies are bodies of revolution about the y axis.
     pub fn is_axisymmetric(&self) -> bool {
-        self.dimension.value == Dimension::Axisymmetric
+        self.dimension.value == SpaceDimension::Axisymmetric
     }
 
     /// Whether the case has no inertia.

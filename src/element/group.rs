@@ -5,7 +5,7 @@ use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::lanes::WIDTH;
 use crate::material::{Material, Moduli, Part, PlaneStress};
-use crate::mesh::{ElementKind, Mesh, Plane, spelled};
+use crate::mesh::{ElementKind, Mesh, PlaneState, spelled};
 use crate::space::{Rule, ShapeTable, reference};
 
 /// Physical model and discretization of a group.
@@ -16,7 +16,7 @@ pub struct Formulation {
     /// Finite or linear kinematics.
     pub kinematics: Kinematics,
     /// State across the plane, in two dimensions.
-    pub plane: Plane,
+    pub plane: PlaneState,
     /// Treatment of locking.
     pub locking: Locking,
     /// Reference density [kg/m^3], not negative.
@@ -32,14 +32,14 @@ impl Formulation {
     /// Moduli of Hooke's law in the dimensions of the elements: under plane stress those in the plane.
     pub fn own_moduli(&self) -> Moduli<f64> {
         match self.plane {
-            Plane::Strain | Plane::Axisymmetric => self.moduli(),
-            Plane::Stress => self.moduli().plane_stress(),
+            PlaneState::Strain | PlaneState::Axisymmetric => self.moduli(),
+            PlaneState::Stress => self.moduli().plane_stress(),
         }
     }
 
     /// The law of finite kinematics under plane stress; `None` for any other state.
     pub(super) fn plane_stress(&self) -> Option<PlaneStress> {
-        let is_one = self.plane == Plane::Stress && self.kinematics == Kinematics::Finite;
+        let is_one = self.plane == PlaneState::Stress && self.kinematics == Kinematics::Finite;
         is_one.then(|| PlaneStress::new(&self.material))
     }
 
@@ -47,7 +47,7 @@ impl Formulation {
     /// is free, so that volume terms do not lock and [`Locking::Auto`] is [`Locking::None`].
     pub fn cure(&self, kind: ElementKind) -> Locking {
         match (self.plane, self.locking) {
-            (Plane::Stress, Locking::Auto) => Locking::None,
+            (PlaneState::Stress, Locking::Auto) => Locking::None,
             _ => self.locking.on(kind, &self.moduli()),
         }
     }
@@ -138,7 +138,7 @@ impl<const D: usize> ElementGroup<D> {
             return Err(Error::case(format!("density: {} is negative", formulation.density)));
         }
         let rule = formulation.cure(kind).volume_rule(kind)?;
-        if formulation.plane == Plane::Stress && rule != VolumeRule::Full {
+        if formulation.plane == PlaneState::Stress && rule != VolumeRule::Full {
             return Err(Error::internal("a treatment of locking under plane stress"));
         }
         let passes = passes(kind, rule);
@@ -192,7 +192,7 @@ impl<const D: usize> ElementGroup<D> {
     }
 
     /// Extent across the plane at the point of an element with these reference positions and shape
-    /// functions \[m\], see [`Plane::depth`].
+    /// functions \[m\], see [`PlaneState::depth`].
     pub(super) fn depth_at(&self, points: &[[f64; D]], shape: &[f64]) -> f64 {
         let radius = points.iter().zip(shape).map(|(point, n)| point[0] * n).sum();
         self.formulation.plane.depth(radius)

@@ -4,7 +4,7 @@ use super::ElementSink;
 use super::group::ElementGroup;
 use super::kinematics::reference_gradients;
 use crate::error::Result;
-use crate::mesh::{Edge, ElementKind, Facet, Mesh, Plane};
+use crate::mesh::{Edge, ElementKind, Facet, Mesh, PlaneState};
 use crate::space::{ShapeTable, area_variation, facet_normal, facet_tangents, reference};
 use crate::tensor::{Tensor, Vector};
 
@@ -71,7 +71,7 @@ fn table_of(tables: &mut Vec<(ElementKind, ShapeTable)>, kind: ElementKind) -> u
 pub struct LoadedSurface<const D: usize> {
     facets: Vec<LoadedFacet<D>>,
     tables: Vec<(ElementKind, ShapeTable)>,
-    plane: Plane,
+    plane: PlaneState,
 }
 
 #[derive(Debug)]

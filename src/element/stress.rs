@@ -10,7 +10,7 @@ use crate::material::{
     Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, MetricLaw, Overstress, Part,
     PlaneStress, PointLaw, VolumeLaw, Volumetric,
 };
-use crate::mesh::{ElementKind, Plane};
+use crate::mesh::{ElementKind, PlaneState};
 use crate::space::reference;
 use crate::square::{
     Square, det_minus_one, diagonal, outer_gram, plus_one, product, scale_all, sum, trace, transpose,
@@ -193,7 +193,7 @@ impl<const D: usize> ElementGroup<D> {
         let mut solid = *grad_u;
         if let Some(law) = plane_stress {
             solid[2][2] = law.thickness(&in_plane(&solid));
-        } else if self.formulation.plane == Plane::Stress {
+        } else if self.formulation.plane == PlaneState::Stress {
             solid[2][2] = -self.formulation.moduli().thickness_ratio() * trace(grad_u);
         }
         solid
@@ -222,11 +222,11 @@ impl<const D: usize> ElementGroup<D> {
         let with_added = |stress| added.map_or(stress, |added| sum(&stress, &added));
         if self.formulation.kinematics == Kinematics::Linear {
             let cauchy = match self.formulation.plane {
-                Plane::Stress => {
+                PlaneState::Stress => {
                     let moduli = self.formulation.own_moduli();
                     in_space(&Hooke::respond_with_metric(&moduli, &in_plane::<_, D>(grad_u)).second_piola)
                 }
-                Plane::Strain | Plane::Axisymmetric => {
+                PlaneState::Strain | PlaneState::Axisymmetric => {
                     let moduli = self.formulation.moduli().part(part);
                     with_added(Hooke::respond_with_metric(&moduli, &solid).second_piola)
                 }
@@ -293,11 +293,11 @@ struct Element<const D: usize> {
     points: Vec<[f64; D]>,
     displacements: Vec<[f64; D]>,
     gradients: Vec<[f64; D]>,
-    plane: Plane,
+    plane: PlaneState,
 }
 
 impl<const D: usize> Element<D> {
-    fn new(kind: ElementKind, plane: Plane) -> Self {
+    fn new(kind: ElementKind, plane: PlaneState) -> Self {
         let gradients = vec![[0.0; D]; kind.nodes()];
         Self { nodes: Vec::new(), points: Vec::new(), displacements: Vec::new(), gradients, plane }
     }

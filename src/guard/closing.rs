@@ -10,7 +10,7 @@ use crate::tensor::Vector as Point;
 
 /// Data of a contact that closed in a step, over all ranks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Closing {
+pub struct ClosingContact {
     /// Name of the contact.
     pub contact: String,
     /// Number of points that closed in the step.
@@ -29,7 +29,7 @@ pub struct Closing {
 
 /// Returns how each contact closed in the step that ends in the trial state. Call it before the
 /// step is accepted. Collective.
-pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<Closing> {
+pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<ClosingContact> {
     let count = system.contacts().len();
     let targets = target_velocities(system, stage);
     let velocity = stage.start.v.local();
@@ -63,7 +63,7 @@ pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec
     let world = system.session().world();
     world.all_reduce_into(&sums[..], &mut all[..], SystemOperation::sum());
     world.all_reduce_into(&speeds[..], &mut fastest[..], SystemOperation::max());
-    let closing = |(k, contact): (usize, &LocalContact<D>)| Closing {
+    let closing = |(k, contact): (usize, &LocalContact<D>)| ClosingContact {
         contact: contact.name.clone(),
         now: all[3 * k],
         before: all[3 * k + 1],

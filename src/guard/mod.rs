@@ -8,7 +8,7 @@ mod run;
 mod slide;
 mod unexplained;
 
-pub use closing::{Closing, closings};
+pub use closing::{ClosingContact, closings};
 pub use motion::MotionWatch;
 pub use passage::missed_contact;
 pub use run::RunGuard;

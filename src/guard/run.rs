@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::closing::{Closing, closings};
+use super::closing::{ClosingContact, closings};
 use super::motion::MotionWatch;
 use super::unexplained::{KnownError, Unexplained};
 use crate::assembly::ContactSystem;
@@ -85,7 +85,7 @@ impl RunGuard {
             return None;
         }
         let closings = closings(system, stage);
-        let sudden = |(closing, speed): (&Closing, &f64)| {
+        let sudden = |(closing, speed): (&ClosingContact, &f64)| {
             let many = closing.before == 0 || closing.now as f64 >= MANY * closing.points as f64;
             closing.now > 0 && many && closing.speed > SUDDEN * speed
         };

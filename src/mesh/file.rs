@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Mesh, MeshFile, Plane, abaqus, gmsh};
+use super::{Mesh, MeshFile, PlaneState, abaqus, gmsh};
 use crate::error::Result;
 
 /// Reads a mesh of `D` dimensions: an input file of Abaqus or CalculiX if its name ends in `.inp`, a
@@ -14,7 +14,7 @@ use crate::error::Result;
 pub fn read_file<const D: usize>(
     path: &Path,
     region: Option<&str>,
-    plane: Plane,
+    plane: PlaneState,
 ) -> Result<(Mesh<D>, MeshFile)> {
     match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case("inp") => abaqus::read_with_source(path, region, plane),

@@ -14,7 +14,7 @@ mod lines;
 mod measure;
 mod merge;
 mod numbering;
-mod plane;
+mod plane_state;
 mod room;
 mod source;
 mod spelling;
@@ -32,7 +32,7 @@ pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use lines::Edge;
 pub use merge::merge;
-pub use plane::Plane;
+pub use plane_state::PlaneState;
 pub use room::require_room;
 pub use source::MeshFile;
 pub use spelling::{digits, spelled};
@@ -87,7 +87,7 @@ pub struct Mesh<const D: usize> {
     /// Ties of its surfaces.
     pub ties: Vec<Tie>,
     /// State across the plane, in two dimensions.
-    pub plane: Plane,
+    pub plane: PlaneState,
 }
 
 impl<const D: usize> Default for Mesh<D> {
@@ -110,7 +110,7 @@ impl<const D: usize> Mesh<D> {
             point_sets: BTreeMap::new(),
             element_sets: BTreeMap::new(),
             ties: Vec::new(),
-            plane: Plane::default(),
+            plane: PlaneState::default(),
         }
     }
 

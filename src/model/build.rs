@@ -5,9 +5,9 @@ use std::rc::Rc;
 
 use super::body_sets::bodies_of;
 use super::{
-    Body, BodyMaterial, Coefficients, ContactModel, ElasticSupport, FreeBodyModel, Grounded, LineModel, Load,
-    LoadKind, MassChoice, Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, Roller, Support,
-    Target, TieModel, lengths,
+    Body, BodyMaterial, ContactModel, ElasticSupport, FreeBodyModel, Grounded, LineModel, Load, LoadKind,
+    MassChoice, Model, ProbeModel, RayleighFactors, RigidDrive, RigidModel, RollerModel, Support,
+    SupportCoefficients, Target, TieModel, lengths,
 };
 use crate::case::{
     self, Action, At, Case, Components, Directional, Function, PlacedFunction, SetNames, Varying,
@@ -17,7 +17,7 @@ use crate::contact::rigid::{BodyMotion, MassProperties};
 use crate::contact::target::{RigidTarget, TargetMotion};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
-use crate::mesh::Plane;
+use crate::mesh::PlaneState;
 use crate::tensor::{Tensor, Vector};
 
 impl<const D: usize> Model<D> {
@@ -116,7 +116,7 @@ impl<const D: usize> Model<D> {
                     let given = Vector::<D>::from_fn(|i, _| given.get(i).map_or(0.0, |entry| entry.value));
                     given.normalize().into()
                 });
-                self.rollers.push(Roller { name, set, direction, displacement });
+                self.rollers.push(RollerModel { name, set, direction, displacement });
                 return;
             }
             Action::Motion(motion) => {
@@ -217,20 +217,20 @@ fn tie(case: &Case, name: &str, tied: &case::Tied) -> TieModel {
 fn of_axes<const D: usize, const KG: i8, const M: i8, const S: i8>(
     case: &Case,
     given: Option<[Option<&Varying<KG, M, S>>; 3]>,
-) -> Coefficients<D> {
+) -> SupportCoefficients<D> {
     let given = given.unwrap_or([None; 3]);
     let axes = std::array::from_fn(|i| given[i].map(|function| case.function(function)));
-    Coefficients { axes, ..Coefficients::NONE }
+    SupportCoefficients { axes, ..SupportCoefficients::NONE }
 }
 
 /// Coefficients by direction; none if absent.
 fn directional<const D: usize, const KG: i8, const M: i8, const S: i8>(
     case: &Case,
     given: Option<&Directional<KG, M, S>>,
-) -> Coefficients<D> {
+) -> SupportCoefficients<D> {
     let [normal, tangential] = given.map_or([None; 2], Directional::of_surface);
     let placed = |function: Option<&Varying<KG, M, S>>| function.map(|function| case.function(function));
-    Coefficients {
+    SupportCoefficients {
         normal: placed(normal),
         tangential: placed(tangential),
         ..of_axes(case, given.map(Directional::of_axes))
@@ -351,13 +351,13 @@ fn mass_of<const D: usize>(
 }
 
 /// The state across the plane of a case.
-pub(super) fn plane(case: &Case) -> Plane {
+pub(super) fn plane(case: &Case) -> PlaneState {
     if case.is_axisymmetric() {
-        Plane::Axisymmetric
+        PlaneState::Axisymmetric
     } else if case.is_plane_stress() {
-        Plane::Stress
+        PlaneState::Stress
     } else {
-        Plane::Strain
+        PlaneState::Strain
     }
 }
 

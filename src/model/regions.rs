@@ -7,7 +7,7 @@ use crate::case::Case;
 use crate::element::Formulation;
 use crate::error::Error;
 use crate::material::{Moduli, PronySeries};
-use crate::mesh::{Facet, Mesh, Plane};
+use crate::mesh::{Facet, Mesh, PlaneState};
 
 /// Material of a body, or of one of its regions.
 #[derive(Debug, Clone)]
@@ -37,8 +37,8 @@ impl BodyMaterial {
     pub fn wave_modulus(&self) -> f64 {
         let sudden = self.sudden_moduli();
         match self.formulation.plane {
-            Plane::Strain | Plane::Axisymmetric => sudden.uniaxial_strain(),
-            Plane::Stress => sudden.plane_stress().uniaxial_strain(),
+            PlaneState::Strain | PlaneState::Axisymmetric => sudden.uniaxial_strain(),
+            PlaneState::Stress => sudden.plane_stress().uniaxial_strain(),
         }
     }
 }

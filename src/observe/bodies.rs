@@ -1,7 +1,7 @@
 //! `bodies.csv`: mass, position, momentum and energy of each deformable body. One entry of
 //! [`BODY_COLUMNS`] is one column.
 
-use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
+use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use crate::assembly::{BodySums, ContactSystem};
 use crate::dynamics::Stage;
 
@@ -36,14 +36,17 @@ impl BodyReport {
 pub const BODY_FILE: TableFile = TableFile {
     name: "bodies.csv",
     rows: "one per step and deformable body; the file exists only with `output: { bodies: true }`",
-    keys: &[STEP, TIME, Quantity::number("body", "", "name of the body in the case")],
+    keys: &[STEP, TIME, ReportedQuantity::number("body", "", "name of the body in the case")],
 };
 
 /// The columns of `bodies.csv` after step, time and the name of the body.
 pub const BODY_COLUMNS: &[Column<BodyReport>] = &[
-    Column { quantity: Quantity::number("mass", "kg", "mass"), value: Value::Number(|body| body.sums.mass) },
     Column {
-        quantity: Quantity::vector(
+        quantity: ReportedQuantity::number("mass", "kg", "mass"),
+        value: Value::Number(|body| body.sums.mass),
+    },
+    Column {
+        quantity: ReportedQuantity::vector(
             "centre",
             "m",
             "centre of mass at the current positions; empty without `density`",
@@ -51,11 +54,11 @@ pub const BODY_COLUMNS: &[Column<BodyReport>] = &[
         value: Value::OptionalVector(BodyReport::centre),
     },
     Column {
-        quantity: Quantity::vector("linear", "N s", "linear momentum; 0 in statics"),
+        quantity: ReportedQuantity::vector("linear", "N s", "linear momentum; 0 in statics"),
         value: Value::Vector(|body| body.sums.linear),
     },
     Column {
-        quantity: Quantity::rotation(
+        quantity: ReportedQuantity::rotation(
             "angular",
             "N m s",
             "angular momentum about the origin, at the current positions; 0 in statics",
@@ -63,7 +66,7 @@ pub const BODY_COLUMNS: &[Column<BodyReport>] = &[
         value: Value::Vector(|body| body.sums.angular),
     },
     Column {
-        quantity: Quantity::rotation(
+        quantity: ReportedQuantity::rotation(
             "spin",
             "N m s",
             "angular momentum about the centre of mass: angular - centre x linear",
@@ -71,11 +74,15 @@ pub const BODY_COLUMNS: &[Column<BodyReport>] = &[
         value: Value::Vector(BodyReport::spin),
     },
     Column {
-        quantity: Quantity::number("kinetic", "J", "kinetic energy; 0 in statics"),
+        quantity: ReportedQuantity::number("kinetic", "J", "kinetic energy; 0 in statics"),
         value: Value::Number(|body| body.sums.kinetic),
     },
     Column {
-        quantity: Quantity::number("strain", "J", "strain energy, without the springs of viscous branches"),
+        quantity: ReportedQuantity::number(
+            "strain",
+            "J",
+            "strain energy, without the springs of viscous branches",
+        ),
         value: Value::Number(|body| body.sums.strain),
     },
 ];

@@ -1,7 +1,7 @@
 //! `contact.csv`: quantities of each contact. One entry of [`ContactColumn::TABLE`] is one column.
 
 use super::energy::ContactEnergies;
-use super::quantity::{Cell, Quantity, STEP, TIME, TableFile};
+use super::quantity::{Cell, ReportedQuantity, STEP, TIME, TableFile};
 use crate::assembly::{ContactResultants, ContactSystem, LocalContact};
 use crate::contact::history::History;
 use crate::contact::point::{PointState, Status};
@@ -13,7 +13,7 @@ use crate::tensor::Vector as Point;
 pub const CONTACT_FILE: TableFile = TableFile {
     name: "contact.csv",
     rows: "one per step and contact",
-    keys: &[STEP, TIME, Quantity::number("contact", "", "name of the contact in the case")],
+    keys: &[STEP, TIME, ReportedQuantity::number("contact", "", "name of the contact in the case")],
 };
 
 /// A contact point at the trial state.
@@ -111,7 +111,7 @@ impl<const D: usize> OverPoints<D> {
 #[derive(Debug, Clone, Copy)]
 pub struct ContactColumn<const D: usize> {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// The value.
     pub value: OverPoints<D>,
 }
@@ -121,7 +121,7 @@ impl<const D: usize> ContactColumn<D> {
     pub const TABLE: &'static [Self] = &[
         Self::FORCE_N,
         Self {
-            quantity: Quantity::vector(
+            quantity: ReportedQuantity::vector(
                 "force",
                 "N",
                 "resultant on the contactor, friction and damping included; where both sides are contactors (`contact: all`, a \
@@ -130,7 +130,7 @@ impl<const D: usize> ContactColumn<D> {
             value: OverPoints::VectorIntegral(|point| force(point.state)),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "force_t",
                 "N",
                 "friction and tangential damping on the contactor: in 2D with the sign of its component along the tangent, the normal of \
@@ -143,7 +143,7 @@ impl<const D: usize> ContactColumn<D> {
             },
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "area",
                 "m2",
                 "area of the contact zone on which the tractions act: deformed, or undeformed with `area: reference` and at small strain",
@@ -151,28 +151,32 @@ impl<const D: usize> ContactColumn<D> {
             value: OverPoints::Integral(|_| 1.0),
         },
         Self {
-            quantity: Quantity::number("points", "", "closed contact points"),
+            quantity: ReportedQuantity::number("points", "", "closed contact points"),
             value: OverPoints::Count(|_| true),
         },
         Self {
-            quantity: Quantity::number("stick", "", "points that stick"),
+            quantity: ReportedQuantity::number("stick", "", "points that stick"),
             value: OverPoints::Count(|point| point.state.status == Status::Stick),
         },
         Self {
-            quantity: Quantity::number("slip", "", "points that slip"),
+            quantity: ReportedQuantity::number("slip", "", "points that slip"),
             value: OverPoints::Count(|point| point.state.status == Status::Slip),
         },
         Self::MAX_PENETRATION,
         Self {
-            quantity: Quantity::number("max_pressure", "Pa", "largest normal traction of a point"),
+            quantity: ReportedQuantity::number("max_pressure", "Pa", "largest normal traction of a point"),
             value: OverPoints::Largest(|point| point.state.normal_traction),
         },
         Self {
-            quantity: Quantity::number("friction_power", "W", "power that friction takes at this instant"),
+            quantity: ReportedQuantity::number(
+                "friction_power",
+                "W",
+                "power that friction takes at this instant",
+            ),
             value: OverPoints::Integral(|point| point.state.friction_power()),
         },
         Self {
-            quantity: Quantity::rotation(
+            quantity: ReportedQuantity::rotation(
                 "moment",
                 "N m",
                 "moment of the resultant on the contactor about the origin, at the current positions; about a point \
@@ -181,7 +185,7 @@ impl<const D: usize> ContactColumn<D> {
             value: OverPoints::OfForces(|totals| Some(totals.resultants.whole.moment())),
         },
         Self {
-            quantity: Quantity::vector(
+            quantity: ReportedQuantity::vector(
                 "centre_of_pressure",
                 "m",
                 "mean position of the forces of the pressure, weighted by their component along their resultant; \
@@ -194,7 +198,7 @@ impl<const D: usize> ContactColumn<D> {
             }),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "current_area",
                 "m2",
                 "area of the contact zone in the deformed configuration",
@@ -202,7 +206,7 @@ impl<const D: usize> ContactColumn<D> {
             value: OverPoints::Integral(|point| point.stretch),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "friction_work",
                 "J",
                 "heat from friction since the start; the sum over the contacts is `friction_dissipated` of \
@@ -211,7 +215,7 @@ impl<const D: usize> ContactColumn<D> {
             value: OverPoints::Total(|totals| totals.energies.friction_work),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "damping_work",
                 "J",
                 "heat from `damping` of the contact since the start, normal and tangential; part of \
@@ -220,7 +224,7 @@ impl<const D: usize> ContactColumn<D> {
             value: OverPoints::Total(|totals| totals.energies.damping_work),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "stored",
                 "J",
                 "energy stored by the laws of the contact at this instant; the sum over the contacts is `contact` \
@@ -232,7 +236,7 @@ impl<const D: usize> ContactColumn<D> {
 
     /// Normal force.
     pub const FORCE_N: Self = Self {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "force_n",
             "N",
             "integral of the normal traction, positive in compression",
@@ -242,13 +246,13 @@ impl<const D: usize> ContactColumn<D> {
 
     /// Largest penetration of a point.
     pub const MAX_PENETRATION: Self = Self {
-        quantity: Quantity::number("max_penetration", "m", "largest penetration of a point"),
+        quantity: ReportedQuantity::number("max_penetration", "m", "largest penetration of a point"),
         value: OverPoints::Largest(|point| -point.state.gap),
     };
 
     /// Largest depth between the points, for the record.
     pub const DEPTH_BETWEEN: Self = Self {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "depth_between",
             "m",
             "largest known depth below the target, also between points",
@@ -468,7 +472,7 @@ mod tests {
         assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0, 1.5, 0.75, 0.5, 0.25]));
         assert_eq!(cells(&ContactColumn::DEPTH_BETWEEN), numbers(&[3e-3]));
         let mean = ContactColumn {
-            quantity: Quantity::number("x", "m", "mean position"),
+            quantity: ReportedQuantity::number("x", "m", "mean position"),
             value: OverPoints::Mean {
                 value: |point| point.position[0],
                 weight: |point| point.state.normal_traction,

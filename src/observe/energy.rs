@@ -2,7 +2,7 @@
 //! Also the momentum. One entry of [`ENERGY_COLUMNS`] is one column of `energy.csv`, one of
 //! [`MOMENTUM_COLUMNS`] a vector in `momentum.csv`.
 
-use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
+use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use super::rigid::RigidReport;
 use crate::assembly::{ContactSystem, ToolState};
 use crate::contact::totals::ContactEnergy;
@@ -90,17 +90,17 @@ pub const ENERGY_COLUMNS: &[Column<Energies>] = &[
 ];
 
 const fn energy(name: &'static str, about: &'static str, value: fn(&Energies) -> f64) -> Column<Energies> {
-    Column { quantity: Quantity::number(name, "J", about), value: Value::Number(value) }
+    Column { quantity: ReportedQuantity::number(name, "J", about), value: Value::Number(value) }
 }
 
 /// The columns of `momentum.csv` after step and time.
 pub const MOMENTUM_COLUMNS: &[Column<Momentum>] = &[
     Column {
-        quantity: Quantity::vector("linear", "N s", "linear momentum of all bodies"),
+        quantity: ReportedQuantity::vector("linear", "N s", "linear momentum of all bodies"),
         value: Value::Vector(|momentum| momentum.linear),
     },
     Column {
-        quantity: Quantity::rotation(
+        quantity: ReportedQuantity::rotation(
             "angular",
             "N m s",
             "angular momentum of all bodies about the origin, at the current positions",

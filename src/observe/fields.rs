@@ -2,7 +2,7 @@
 
 use super::nodal::{NodalMean, NodalSums, NodalValue};
 use super::nodal_stress::NodalStress;
-use super::quantity::{Components, Quantity};
+use super::quantity::{QuantityShape, ReportedQuantity};
 use crate::assembly::ContactSystem;
 use crate::contact::point::Status;
 use crate::dynamics::Stage;
@@ -34,7 +34,7 @@ pub enum FieldValues {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// What its values belong to.
     pub location: Location,
     /// The values.
@@ -45,7 +45,7 @@ pub struct Field {
 #[derive(Debug, Clone, Copy)]
 pub struct NodeField {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// Whether it exists in dynamics only.
     pub dynamics_only: bool,
     /// Whether it is also on the contact surfaces.
@@ -57,13 +57,17 @@ pub struct NodeField {
 /// Fields of the unknowns at nodes.
 pub const NODE_FIELDS: &[NodeField] = &[
     NodeField {
-        quantity: Quantity::vector("displacement", "m", "displacement, by which ParaView warps the bodies"),
+        quantity: ReportedQuantity::vector(
+            "displacement",
+            "m",
+            "displacement, by which ParaView warps the bodies",
+        ),
         dynamics_only: false,
         on_surfaces: true,
         value: |stage| &stage.trial.u,
     },
     NodeField {
-        quantity: Quantity::vector("velocity", "m/s", "velocity; in dynamics only"),
+        quantity: ReportedQuantity::vector("velocity", "m/s", "velocity; in dynamics only"),
         dynamics_only: true,
         on_surfaces: false,
         value: |stage| &stage.trial.v,
@@ -104,7 +108,7 @@ impl ElementValue {
 #[derive(Debug, Clone, Copy)]
 pub struct ElementField {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// The value.
     pub value: ElementValue,
 }
@@ -112,7 +116,7 @@ pub struct ElementField {
 /// Fields of elements.
 pub const ELEMENT_FIELDS: &[ElementField] = &[
     ElementField {
-        quantity: Quantity::symmetric_tensor(
+        quantity: ReportedQuantity::symmetric_tensor(
             "cauchy_stress",
             "Pa",
             "mean Cauchy stress: xx, yy, zz, xy, yz, xz; in 2D zz is the stress across the plane",
@@ -120,7 +124,7 @@ pub const ELEMENT_FIELDS: &[ElementField] = &[
         value: ElementValue::SymmetricTensor(|stress| stress.mean.cauchy.0),
     },
     ElementField {
-        quantity: Quantity::number("det_f", "", "mean volume ratio"),
+        quantity: ReportedQuantity::number("det_f", "", "mean volume ratio"),
         value: ElementValue::Number(|stress| stress.mean.det_f),
     },
 ];
@@ -128,11 +132,11 @@ pub const ELEMENT_FIELDS: &[ElementField] = &[
 /// Fields of elements with `output: { fields: { stresses: true } }`.
 pub const STRESS_FIELDS: &[ElementField] = &[
     ElementField {
-        quantity: Quantity::number("von_mises", "Pa", "von Mises stress of the mean Cauchy stress"),
+        quantity: ReportedQuantity::number("von_mises", "Pa", "von Mises stress of the mean Cauchy stress"),
         value: ElementValue::Number(|stress| stress.mean.cauchy.von_mises()),
     },
     ElementField {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "pressure",
             "Pa",
             "minus a third of the trace of the mean Cauchy stress, positive in compression",
@@ -140,7 +144,7 @@ pub const STRESS_FIELDS: &[ElementField] = &[
         value: ElementValue::Number(|stress| stress.mean.cauchy.pressure()),
     },
     ElementField {
-        quantity: Quantity::principal(
+        quantity: ReportedQuantity::principal(
             "principal_stress",
             "Pa",
             "principal values of the mean Cauchy stress, the largest first, tension positive; in 2D one of \
@@ -149,7 +153,7 @@ pub const STRESS_FIELDS: &[ElementField] = &[
         value: ElementValue::Principal(|stress| stress.mean.cauchy.principal()),
     },
     ElementField {
-        quantity: Quantity::principal(
+        quantity: ReportedQuantity::principal(
             "principal_stretch",
             "",
             "principal stretches, the largest first: square roots of the principal values of the mean right \
@@ -172,7 +176,7 @@ pub enum NodalStressValue {
 #[derive(Debug, Clone, Copy)]
 pub struct NodalStressField {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// The value.
     pub value: NodalStressValue,
 }
@@ -180,7 +184,7 @@ pub struct NodalStressField {
 /// Fields of nodes with `output: { fields: { stresses: true } }`.
 pub const NODAL_STRESS_FIELDS: &[NodalStressField] = &[
     NodalStressField {
-        quantity: Quantity::symmetric_tensor(
+        quantity: ReportedQuantity::symmetric_tensor(
             "nodal_stress",
             "Pa",
             "Cauchy stress: linear fits of the elements around the node, averaged by volume within the material",
@@ -188,7 +192,7 @@ pub const NODAL_STRESS_FIELDS: &[NodalStressField] = &[
         value: NodalStressValue::Tensor,
     },
     NodalStressField {
-        quantity: Quantity::number("nodal_von_mises", "Pa", "von Mises stress of `nodal_stress`"),
+        quantity: ReportedQuantity::number("nodal_von_mises", "Pa", "von Mises stress of `nodal_stress`"),
         value: NodalStressValue::Number(Cauchy::von_mises),
     },
 ];
@@ -236,7 +240,7 @@ impl OverContacts {
 #[derive(Debug, Clone, Copy)]
 pub struct ContactField<const D: usize> {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// The value in one contact.
     pub value: NodalValue<D>,
     /// How several contacts at one node are combined.
@@ -247,12 +251,16 @@ impl<const D: usize> ContactField<D> {
     /// Fields of the contact surfaces.
     pub const TABLE: &'static [Self] = &[
         Self {
-            quantity: Quantity::number("contact_pressure", "Pa", "normal traction, positive in compression"),
+            quantity: ReportedQuantity::number(
+                "contact_pressure",
+                "Pa",
+                "normal traction, positive in compression",
+            ),
             value: NodalValue::PRESSURE,
             over_contacts: OverContacts::Sum,
         },
         Self {
-            quantity: Quantity::vector(
+            quantity: ReportedQuantity::vector(
                 "traction_t",
                 "Pa",
                 "traction of friction and tangential damping on the contactor",
@@ -261,7 +269,7 @@ impl<const D: usize> ContactField<D> {
             over_contacts: OverContacts::Sum,
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "gap",
                 "m",
                 "gap, positive where open; between bodies up to a quarter of the largest facet",
@@ -270,12 +278,12 @@ impl<const D: usize> ContactField<D> {
             over_contacts: OverContacts::Smallest,
         },
         Self {
-            quantity: Quantity::number("slip", "m", "length of the path slipped so far"),
+            quantity: ReportedQuantity::number("slip", "m", "length of the path slipped so far"),
             value: NodalValue::Mean(|point| point.history.slip),
             over_contacts: OverContacts::Largest,
         },
         Self {
-            quantity: Quantity::vector(
+            quantity: ReportedQuantity::vector(
                 "slip_velocity",
                 "m/s",
                 "velocity of the contactor against the target, along the surface",
@@ -284,12 +292,12 @@ impl<const D: usize> ContactField<D> {
             over_contacts: OverContacts::LastClosed,
         },
         Self {
-            quantity: Quantity::number("status", "", "0 open, 1 stick, 2 slip"),
+            quantity: ReportedQuantity::number("status", "", "0 open, 1 stick, 2 slip"),
             value: NodalValue::Status,
             over_contacts: OverContacts::Largest,
         },
         Self {
-            quantity: Quantity::number("friction_work", "J/m2", "work of friction per area so far"),
+            quantity: ReportedQuantity::number("friction_work", "J/m2", "work of friction per area so far"),
             value: NodalValue::Mean(|point| point.history.friction_work),
             over_contacts: OverContacts::Sum,
         },
@@ -297,7 +305,7 @@ impl<const D: usize> ContactField<D> {
 
     /// Number of numbers per node.
     fn width(&self) -> usize {
-        if self.quantity.components == Components::Axes { D } else { 1 }
+        if self.quantity.components == QuantityShape::Axes { D } else { 1 }
     }
 
     /// The field from its numbers at all nodes.
@@ -468,15 +476,15 @@ mod tests {
         }
         for field in ELEMENT_FIELDS.iter().chain(STRESS_FIELDS) {
             let width = match field.quantity.components {
-                Components::One => 1,
-                Components::SymmetricTensor => 6,
+                QuantityShape::One => 1,
+                QuantityShape::SymmetricTensor => 6,
                 other => other.axes::<2>().len(),
             };
             assert_eq!(field.value.width(), width, "{}", field.quantity.name);
         }
         for field in NODAL_STRESS_FIELDS {
             let is_tensor = matches!(field.value, NodalStressValue::Tensor);
-            assert_eq!(field.quantity.components == Components::SymmetricTensor, is_tensor);
+            assert_eq!(field.quantity.components == QuantityShape::SymmetricTensor, is_tensor);
         }
     }
 }

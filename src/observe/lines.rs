@@ -5,7 +5,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::nodal_stress::NodalStress;
-use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
+use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
 use crate::dynamics::Stage;
 use crate::element::Cauchy;
@@ -22,15 +22,15 @@ pub const LINE_FILE: TableFile = TableFile {
     keys: &[
         STEP,
         TIME,
-        Quantity::number("line", "", "name of the segment in the case"),
-        Quantity::number("point", "", "number of the point, from 1"),
+        ReportedQuantity::number("line", "", "name of the segment in the case"),
+        ReportedQuantity::number("point", "", "number of the point, from 1"),
     ],
 };
 
 /// The columns of `lines.csv` after step, time, name and point.
 pub const LINE_COLUMNS: &[Column<LinePoint>] = &[
     Column {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "distance",
             "m",
             "distance from the first point in the reference configuration",
@@ -38,16 +38,19 @@ pub const LINE_COLUMNS: &[Column<LinePoint>] = &[
         value: Value::Number(|point| point.distance),
     },
     Column {
-        quantity: Quantity::vector("reference", "m", "position in the reference configuration"),
+        quantity: ReportedQuantity::vector("reference", "m", "position in the reference configuration"),
         value: Value::Vector(|point| point.at),
     },
-    Column { quantity: Quantity::vector("u", "m", "displacement"), value: Value::Vector(|point| point.u) },
     Column {
-        quantity: Quantity::vector("v", "m/s", "velocity; in statics the rate of the displacement"),
+        quantity: ReportedQuantity::vector("u", "m", "displacement"),
+        value: Value::Vector(|point| point.u),
+    },
+    Column {
+        quantity: ReportedQuantity::vector("v", "m/s", "velocity; in statics the rate of the displacement"),
         value: Value::Vector(|point| point.v),
     },
     Column {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "stress_xx",
             "Pa",
             "Cauchy stress, as `nodal_stress` of the fields; empty without `stresses: true`",
@@ -55,27 +58,27 @@ pub const LINE_COLUMNS: &[Column<LinePoint>] = &[
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[0])),
     },
     Column {
-        quantity: Quantity::number("stress_yy", "Pa", "Cauchy stress"),
+        quantity: ReportedQuantity::number("stress_yy", "Pa", "Cauchy stress"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[1])),
     },
     Column {
-        quantity: Quantity::number("stress_zz", "Pa", "Cauchy stress; in 2D across the plane"),
+        quantity: ReportedQuantity::number("stress_zz", "Pa", "Cauchy stress; in 2D across the plane"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[2])),
     },
     Column {
-        quantity: Quantity::number("stress_xy", "Pa", "Cauchy stress"),
+        quantity: ReportedQuantity::number("stress_xy", "Pa", "Cauchy stress"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[3])),
     },
     Column {
-        quantity: Quantity::number("stress_yz", "Pa", "Cauchy stress; 0 in 2D"),
+        quantity: ReportedQuantity::number("stress_yz", "Pa", "Cauchy stress; 0 in 2D"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[4])),
     },
     Column {
-        quantity: Quantity::number("stress_xz", "Pa", "Cauchy stress; 0 in 2D"),
+        quantity: ReportedQuantity::number("stress_xz", "Pa", "Cauchy stress; 0 in 2D"),
         value: Value::Optional(|point| point.stress.as_ref().map(|s| s.0[5])),
     },
     Column {
-        quantity: Quantity::number("von_mises", "Pa", "von Mises stress of this tensor"),
+        quantity: ReportedQuantity::number("von_mises", "Pa", "von Mises stress of this tensor"),
         value: Value::Optional(|point| point.stress.as_ref().map(Cauchy::von_mises)),
     },
 ];

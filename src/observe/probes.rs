@@ -5,7 +5,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 
 use super::nodal::{NodalMean, NodalSums, NodalValue};
-use super::quantity::{Cell, LENGTH, Quantity, STEP, TIME, TableFile};
+use super::quantity::{Cell, LENGTH, ReportedQuantity, STEP, TIME, TableFile};
 use crate::assembly::ContactSystem;
 use crate::contact::point::Status;
 use crate::dynamics::Stage;
@@ -31,7 +31,7 @@ pub enum ProbeValue<const D: usize> {
 #[derive(Debug, Clone, Copy)]
 pub struct ProbeColumn<const D: usize> {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// The value.
     pub value: ProbeValue<D>,
 }
@@ -40,19 +40,27 @@ impl<const D: usize> ProbeColumn<D> {
     /// The columns of each probe. Their headings begin with the name of the probe.
     pub const TABLE: &'static [Self] = &[
         Self {
-            quantity: Quantity::vector("u", "m", "displacement"),
+            quantity: ReportedQuantity::vector("u", "m", "displacement"),
             value: ProbeValue::Field(|stage| &stage.trial.u),
         },
         Self {
-            quantity: Quantity::vector("v", "m/s", "velocity; in statics the rate of the displacement"),
+            quantity: ReportedQuantity::vector(
+                "v",
+                "m/s",
+                "velocity; in statics the rate of the displacement",
+            ),
             value: ProbeValue::Field(|stage| &stage.trial.v),
         },
         Self {
-            quantity: Quantity::number("contact_pressure", "Pa", "normal traction, positive in compression"),
+            quantity: ReportedQuantity::number(
+                "contact_pressure",
+                "Pa",
+                "normal traction, positive in compression",
+            ),
             value: ProbeValue::Contact(NodalValue::PRESSURE),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "traction_t",
                 "Pa",
                 "traction of friction and tangential damping; signed in 2D, its length in 3D",
@@ -62,7 +70,7 @@ impl<const D: usize> ProbeColumn<D> {
             })),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "gap",
                 "m",
                 "gap, positive where open; between bodies up to a quarter of the largest facet",
@@ -70,7 +78,7 @@ impl<const D: usize> ProbeColumn<D> {
             value: ProbeValue::Contact(NodalValue::GAP),
         },
         Self {
-            quantity: Quantity::number(
+            quantity: ReportedQuantity::number(
                 "slip_velocity",
                 "m/s",
                 "velocity of the contactor against the target, along the surface; signed in 2D, its length in 3D",
@@ -80,7 +88,7 @@ impl<const D: usize> ProbeColumn<D> {
             })),
         },
         Self {
-            quantity: Quantity::number("status", "", "`open`, `stick` or `slip`"),
+            quantity: ReportedQuantity::number("status", "", "`open`, `stick` or `slip`"),
             value: ProbeValue::Contact(NodalValue::Status),
         },
     ];

@@ -3,9 +3,9 @@
 /// The last part of a column name for each component: `x`, `y`, `z`.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Components of a quantity.
+/// QuantityShape of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Components {
+pub enum QuantityShape {
     /// A number, a count or a word.
     One,
     /// A vector, with as many components as dimensions.
@@ -18,8 +18,8 @@ pub enum Components {
     Principal,
 }
 
-impl Components {
-    /// Components of the three axes that exist in `D` dimensions.
+impl QuantityShape {
+    /// QuantityShape of the three axes that exist in `D` dimensions.
     pub fn axes<const D: usize>(self) -> std::ops::Range<usize> {
         match self {
             Self::Rotations if D == 2 => 2..3,
@@ -31,48 +31,48 @@ impl Components {
 
 /// Name, unit and meaning of a reported quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Quantity {
+pub struct ReportedQuantity {
     /// Name in files.
     pub name: &'static str,
     /// SI unit as in headings; empty if there is no unit.
     pub unit: &'static str,
     /// Meaning, in one sentence without a full stop.
     pub about: &'static str,
-    /// Components.
-    pub components: Components,
+    /// QuantityShape.
+    pub components: QuantityShape,
 }
 
-impl Quantity {
+impl ReportedQuantity {
     /// A quantity with one component.
     pub const fn number(name: &'static str, unit: &'static str, about: &'static str) -> Self {
-        Self { name, unit, about, components: Components::One }
+        Self { name, unit, about, components: QuantityShape::One }
     }
 
     /// A vector.
     pub const fn vector(name: &'static str, unit: &'static str, about: &'static str) -> Self {
-        Self { name, unit, about, components: Components::Axes }
+        Self { name, unit, about, components: QuantityShape::Axes }
     }
 
     /// A rotation.
     pub const fn rotation(name: &'static str, unit: &'static str, about: &'static str) -> Self {
-        Self { name, unit, about, components: Components::Rotations }
+        Self { name, unit, about, components: QuantityShape::Rotations }
     }
 
     /// A symmetric tensor.
     pub const fn symmetric_tensor(name: &'static str, unit: &'static str, about: &'static str) -> Self {
-        Self { name, unit, about, components: Components::SymmetricTensor }
+        Self { name, unit, about, components: QuantityShape::SymmetricTensor }
     }
 
     /// The principal values of a symmetric tensor.
     pub const fn principal(name: &'static str, unit: &'static str, about: &'static str) -> Self {
-        Self { name, unit, about, components: Components::Principal }
+        Self { name, unit, about, components: QuantityShape::Principal }
     }
 
     /// Headings of its columns in `D` dimensions, such as `force_x [N]`.
     pub fn headings<const D: usize>(&self) -> Vec<String> {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) };
         match self.components {
-            Components::One => vec![format!("{}{unit}", self.name)],
+            QuantityShape::One => vec![format!("{}{unit}", self.name)],
             components => {
                 let axes = AXES[components.axes::<D>()].iter();
                 axes.map(|axis| format!("{}_{axis}{unit}", self.name)).collect()
@@ -89,7 +89,7 @@ pub struct TableFile {
     /// When a row is written.
     pub rows: &'static str,
     /// Columns that say what a row belongs to. They precede all others.
-    pub keys: &'static [Quantity],
+    pub keys: &'static [ReportedQuantity],
 }
 
 impl TableFile {
@@ -100,13 +100,13 @@ impl TableFile {
 }
 
 /// Number of the step; 0 is the start.
-pub const STEP: Quantity = Quantity::number("step", "", "number of the step; 0 is the start");
+pub const STEP: ReportedQuantity = ReportedQuantity::number("step", "", "number of the step; 0 is the start");
 
 /// Time at the end of the step.
-pub const TIME: Quantity = Quantity::number("time", "s", "time at its end");
+pub const TIME: ReportedQuantity = ReportedQuantity::number("time", "s", "time at its end");
 
 /// Length of the step.
-pub const LENGTH: Quantity = Quantity::number("dt", "s", "its length");
+pub const LENGTH: ReportedQuantity = ReportedQuantity::number("dt", "s", "its length");
 
 /// The table of the quantities that the case derives.
 pub const DERIVED_FILE: TableFile = TableFile {
@@ -116,7 +116,7 @@ pub const DERIVED_FILE: TableFile = TableFile {
 };
 
 /// The columns of the derived quantities, of which the case gives the names.
-pub const DERIVED: Quantity = Quantity::number(
+pub const DERIVED: ReportedQuantity = ReportedQuantity::number(
     "NAME",
     "",
     "value of the expression `output.derived.NAME`, in the units of the case; empty if it is not finite or depends on \
@@ -164,7 +164,7 @@ pub enum Value<S> {
 #[derive(Debug, Clone, Copy)]
 pub struct Column<S> {
     /// Name, unit and meaning.
-    pub quantity: Quantity,
+    pub quantity: ReportedQuantity,
     /// The value.
     pub value: Value<S>,
 }
@@ -192,7 +192,9 @@ impl<S> Column<S> {
 }
 
 /// Headings of some quantities in `D` dimensions.
-pub fn headings<'a, const D: usize>(quantities: impl IntoIterator<Item = &'a Quantity>) -> Vec<String> {
+pub fn headings<'a, const D: usize>(
+    quantities: impl IntoIterator<Item = &'a ReportedQuantity>,
+) -> Vec<String> {
     quantities.into_iter().flat_map(|quantity| quantity.headings::<D>()).collect()
 }
 
@@ -203,9 +205,9 @@ mod tests {
     /// A vector has a column for each dimension. A rotation has one in 2D and three in 3D.
     #[test]
     fn components_depend_on_the_dimension() {
-        let force = Quantity::vector("force", "N", "a force");
-        let spin = Quantity::rotation("spin", "N m s", "a rotation");
-        let points = Quantity::number("points", "", "a count");
+        let force = ReportedQuantity::vector("force", "N", "a force");
+        let spin = ReportedQuantity::rotation("spin", "N m s", "a rotation");
+        let points = ReportedQuantity::number("points", "", "a count");
         let both = [&force, &spin, &points];
         assert_eq!(headings::<2>(both), ["force_x [N]", "force_y [N]", "spin_z [N m s]", "points"]);
         assert_eq!(headings::<3>(both).len(), 7);

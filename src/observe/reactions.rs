@@ -1,6 +1,6 @@
 //! `reactions.csv`: force and moment of each support, roller, foundation, spring and pair of tied surfaces. One entry of [`REACTION_COLUMNS`] is one column.
 
-use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
+use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
 use crate::petsc::{Vector, sum_over_ranks};
 
@@ -22,14 +22,18 @@ pub const REACTION_FILE: TableFile = TableFile {
     keys: &[
         STEP,
         TIME,
-        Quantity::number("boundary", "", "name of the boundary, or of the tied surfaces, in the case"),
+        ReportedQuantity::number(
+            "boundary",
+            "",
+            "name of the boundary, or of the tied surfaces, in the case",
+        ),
     ],
 };
 
 /// The columns of `reactions.csv` after step, time and the name of the support.
 pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
     Column {
-        quantity: Quantity::vector(
+        quantity: ReportedQuantity::vector(
             "force",
             "N",
             "force of the support on the bodies, with the inertia of the nodes that it moves; of a foundation or of springs, the sum over its facets or nodes; of tied surfaces, the force on the contactor",
@@ -37,7 +41,7 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
         value: Value::Vector(|reaction| reaction.force),
     },
     Column {
-        quantity: Quantity::rotation(
+        quantity: ReportedQuantity::rotation(
             "moment",
             "N m",
             "moment of this force about the origin, at the current positions; about a point c it is moment - c x force",

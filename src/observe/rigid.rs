@@ -1,7 +1,7 @@
 //! `rigid.csv`: motion, load and work of each rigid body of `rigid`. One entry of
 //! [`RIGID_COLUMNS`] is one column.
 
-use super::quantity::{Column, Quantity, STEP, TIME, TableFile, Value};
+use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ToolState;
 
 /// A rigid body at the end of a step, the same on all ranks.
@@ -17,29 +17,33 @@ pub struct RigidReport {
 pub const RIGID_FILE: TableFile = TableFile {
     name: "rigid.csv",
     rows: "one per step and body of `rigid`; the file exists only if there is one",
-    keys: &[STEP, TIME, Quantity::number("body", "", "name of the rigid body in the case")],
+    keys: &[STEP, TIME, ReportedQuantity::number("body", "", "name of the rigid body in the case")],
 };
 
 /// The columns of `rigid.csv` after step, time and the name of the body.
 pub const RIGID_COLUMNS: &[Column<RigidReport>] = &[
     Column {
-        quantity: Quantity::vector("position", "m", "position of the reference point"),
+        quantity: ReportedQuantity::vector("position", "m", "position of the reference point"),
         value: Value::Vector(|report| report.state.position),
     },
     Column {
-        quantity: Quantity::rotation("rotation", "rad", "rotation vector since the reference configuration"),
+        quantity: ReportedQuantity::rotation(
+            "rotation",
+            "rad",
+            "rotation vector since the reference configuration",
+        ),
         value: Value::Vector(|report| report.state.rotation),
     },
     Column {
-        quantity: Quantity::vector("velocity", "m/s", "velocity of the reference point"),
+        quantity: ReportedQuantity::vector("velocity", "m/s", "velocity of the reference point"),
         value: Value::Vector(|report| report.state.velocity),
     },
     Column {
-        quantity: Quantity::rotation("spin", "1/s", "angular velocity"),
+        quantity: ReportedQuantity::rotation("spin", "1/s", "angular velocity"),
         value: Value::Vector(|report| report.state.spin),
     },
     Column {
-        quantity: Quantity::vector(
+        quantity: ReportedQuantity::vector(
             "force",
             "N",
             "contact force on the rigid body; in the conserving scheme its mean over the step",
@@ -47,7 +51,7 @@ pub const RIGID_COLUMNS: &[Column<RigidReport>] = &[
         value: Value::Vector(|report| report.state.force),
     },
     Column {
-        quantity: Quantity::rotation(
+        quantity: ReportedQuantity::rotation(
             "torque",
             "N m",
             "contact torque on the rigid body about its reference point; in the conserving scheme its mean over \
@@ -56,7 +60,7 @@ pub const RIGID_COLUMNS: &[Column<RigidReport>] = &[
         value: Value::Vector(|report| report.state.torque),
     },
     Column {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "work",
             "J",
             "work of the rigid body on the deformable bodies since the start",

@@ -211,7 +211,7 @@ mod tests {
     use super::super::{pvd, pvtu};
     use super::*;
     use crate::observe::fields::{FieldValues, Location};
-    use crate::observe::quantity::Quantity;
+    use crate::observe::quantity::ReportedQuantity;
 
     /// Two quadrilaterals side by side, six nodes. The second is written; the first belongs to
     /// another rank.
@@ -235,29 +235,37 @@ mod tests {
     const U: [f64; 12] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5];
     const PER_NODE: [f64; 6] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
 
-    fn field(quantity: Quantity, location: Location, values: &[f64]) -> Field {
+    fn field(quantity: ReportedQuantity, location: Location, values: &[f64]) -> Field {
         Field { quantity, location, values: FieldValues::Numbers(values.to_vec()) }
     }
 
     fn displacement() -> Field {
-        field(Quantity::vector("displacement", "m", ""), Location::Nodes, &U)
+        field(ReportedQuantity::vector("displacement", "m", ""), Location::Nodes, &U)
     }
 
     fn det_f(values: &[f64]) -> Field {
-        field(Quantity::number("det_f", "", ""), Location::Elements, values)
+        field(ReportedQuantity::number("det_f", "", ""), Location::Elements, values)
     }
 
     fn volume_fields() -> Vec<Field> {
         let stress = &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
-        let cauchy = field(Quantity::symmetric_tensor("cauchy_stress", "Pa", ""), Location::Elements, stress);
+        let cauchy =
+            field(ReportedQuantity::symmetric_tensor("cauchy_stress", "Pa", ""), Location::Elements, stress);
         vec![displacement(), cauchy, det_f(&[0.9, 1.1])]
     }
 
     fn surface_fields() -> Vec<Field> {
         let codes = FieldValues::Codes(vec![0, 1, 2, 0, 0, 0]);
-        let status =
-            Field { quantity: Quantity::number("status", "", ""), location: Location::Nodes, values: codes };
-        vec![displacement(), field(Quantity::number("slip", "m", ""), Location::Nodes, &PER_NODE), status]
+        let status = Field {
+            quantity: ReportedQuantity::number("status", "", ""),
+            location: Location::Nodes,
+            values: codes,
+        };
+        vec![
+            displacement(),
+            field(ReportedQuantity::number("slip", "m", ""), Location::Nodes, &PER_NODE),
+            status,
+        ]
     }
 
     fn float(values: &VtuValues) -> &[f64] {

@@ -6,7 +6,7 @@ use crate::case::Units;
 use crate::error::Result;
 
 use super::table::{Cell, Marks, Table};
-use crate::observe::quantity::{Column, Quantity, Value, headings};
+use crate::observe::quantity::{Column, ReportedQuantity, Value, headings};
 
 /// One iteration of a nonlinear solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,20 +46,23 @@ pub struct IterationRow {
 /// The columns of `iterations.csv`.
 pub const ITERATION_COLUMNS: &[Column<IterationRow>] = &[
     Column {
-        quantity: Quantity::number("step", "", "the step that is sought"),
+        quantity: ReportedQuantity::number("step", "", "the step that is sought"),
         value: Value::Count(|row| row.step),
     },
     Column {
-        quantity: Quantity::number("time", "s", "time at its end"),
+        quantity: ReportedQuantity::number("time", "s", "time at its end"),
         value: Value::Number(|row| row.time),
     },
-    Column { quantity: Quantity::number("dt", "s", "its length"), value: Value::Number(|row| row.dt) },
     Column {
-        quantity: Quantity::number("attempt", "", "1 for the first attempt, one more after each cut"),
+        quantity: ReportedQuantity::number("dt", "s", "its length"),
+        value: Value::Number(|row| row.dt),
+    },
+    Column {
+        quantity: ReportedQuantity::number("attempt", "", "1 for the first attempt, one more after each cut"),
         value: Value::Count(|row| row.attempt),
     },
     Column {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "stage",
             "",
             "`start`, `monolithic`; for the staggered strategy `I`, `II` and `sweep`",
@@ -67,27 +70,27 @@ pub const ITERATION_COLUMNS: &[Column<IterationRow>] = &[
         value: Value::Word(|row| row.stage),
     },
     Column {
-        quantity: Quantity::number("iteration", "", "0 is the predicted state"),
+        quantity: ReportedQuantity::number("iteration", "", "0 is the predicted state"),
         value: Value::Count(|row| row.iteration),
     },
     Column {
-        quantity: Quantity::number("residual", "", "relative residual of the convergence test"),
+        quantity: ReportedQuantity::number("residual", "", "relative residual of the convergence test"),
         value: Value::Optional(|row| row.residual),
     },
     Column {
-        quantity: Quantity::number("increment", "", "norm of the correction"),
+        quantity: ReportedQuantity::number("increment", "", "norm of the correction"),
         value: Value::Optional(|row| row.increment),
     },
     Column {
-        quantity: Quantity::number("krylov_iterations", "", "iterations of the linear solver"),
+        quantity: ReportedQuantity::number("krylov_iterations", "", "iterations of the linear solver"),
         value: Value::Count(|row| row.krylov_iterations),
     },
     Column {
-        quantity: Quantity::number("points", "", "closed contact points"),
+        quantity: ReportedQuantity::number("points", "", "closed contact points"),
         value: Value::Count(|row| row.points),
     },
     Column {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "changed",
             "",
             "contact points that changed their status in this iteration",
@@ -95,11 +98,11 @@ pub const ITERATION_COLUMNS: &[Column<IterationRow>] = &[
         value: Value::Count(|row| row.changed),
     },
     Column {
-        quantity: Quantity::number("line_search", "", "factor on the correction"),
+        quantity: ReportedQuantity::number("line_search", "", "factor on the correction"),
         value: Value::Optional(|row| row.line_search),
     },
     Column {
-        quantity: Quantity::number(
+        quantity: ReportedQuantity::number(
             "contraction",
             "",
             "for `sweep`: distance of the stages over that of the sweep before",

@@ -8,7 +8,7 @@ use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, MOMENTUM_COLUMNS, MOME
 use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODAL_STRESS_FIELDS, NODE_FIELDS, STRESS_FIELDS};
 use crate::observe::lines::{LINE_COLUMNS, LINE_FILE};
 use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
-use crate::observe::quantity::{Components, DERIVED, DERIVED_FILE, Quantity, TableFile};
+use crate::observe::quantity::{DERIVED, DERIVED_FILE, QuantityShape, ReportedQuantity, TableFile};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
 use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE};
 
@@ -37,7 +37,7 @@ pub fn results_reference() -> String {
         (space.quantity, if plane == own { own.to_owned() } else { format!("{plane}; in 3D {own}") })
     });
     table(&mut page, &CONTACT_FILE, "", "Over the points", contact);
-    let plain = |quantity: Quantity| (quantity, "");
+    let plain = |quantity: ReportedQuantity| (quantity, "");
     let reactions = REACTION_COLUMNS.iter().map(|column| plain(column.quantity));
     table(&mut page, &REACTION_FILE, "", "", reactions);
     table(&mut page, &RIGID_FILE, "", "", RIGID_COLUMNS.iter().map(|column| plain(column.quantity)));
@@ -57,7 +57,7 @@ fn table(
     file: &TableFile,
     prefix: &str,
     more: &str,
-    columns: impl Iterator<Item = (Quantity, impl AsRef<str>)>,
+    columns: impl Iterator<Item = (ReportedQuantity, impl AsRef<str>)>,
 ) {
     page.push_str(&format!("\n## `{}`\n\nRows: {}.\n\n", file.name, file.rows));
     let row = |page: &mut String, cells: [&str; 4]| {
@@ -75,11 +75,11 @@ fn table(
 }
 
 /// The names of a quantity's columns.
-fn names(quantity: &Quantity, prefix: &str) -> String {
+fn names(quantity: &ReportedQuantity, prefix: &str) -> String {
     let name = |axis: &str| format!("`{prefix}{}_{axis}`", quantity.name);
     match quantity.components {
-        Components::One => format!("`{prefix}{}`", quantity.name),
-        Components::Rotations => format!("{}, in 3D also {}, {}", name("z"), name("x"), name("y")),
+        QuantityShape::One => format!("`{prefix}{}`", quantity.name),
+        QuantityShape::Rotations => format!("{}, in 3D also {}, {}", name("z"), name("x"), name("y")),
         _ => format!("{}, {}, in 3D also {}", name("x"), name("y"), name("z")),
     }
 }
@@ -90,8 +90,8 @@ fn fields(page: &mut String) {
          `fields.pvd` and\n`contact.pvd`.\n",
     );
     page.push_str("\n| Field | File | At | Unit | Meaning |\n| --- | --- | --- | --- | --- |\n");
-    let mut row = |file: &str, at: &str, quantity: &Quantity| {
-        let Quantity { name, unit, about, .. } = quantity;
+    let mut row = |file: &str, at: &str, quantity: &ReportedQuantity| {
+        let ReportedQuantity { name, unit, about, .. } = quantity;
         page.push_str(&format!("| `{name}` | {file} | {at} | {unit} | {about} |\n"));
     };
     for field in NODE_FIELDS {

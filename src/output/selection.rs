@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 
 use super::vtu::{Array, VtuPiece};
 use crate::observe::fields::{Field, FieldValues, Location};
-use crate::observe::quantity::{Components, Quantity};
+use crate::observe::quantity::{QuantityShape, ReportedQuantity};
 
 /// Cells on a rank's nodes: the elements of the bodies, or the facets of the contact surfaces.
 ///
@@ -42,23 +42,23 @@ pub struct CellMaterials<'a> {
 }
 
 /// Number of the node.
-const NODE: Quantity =
-    Quantity::number("node", "", "number of the node in the mesh, by which pieces can be joined");
+const NODE: ReportedQuantity =
+    ReportedQuantity::number("node", "", "number of the node in the mesh, by which pieces can be joined");
 /// Number of the rank.
-const RANK: Quantity = Quantity::number("rank", "", "number of the rank that wrote the cell");
+const RANK: ReportedQuantity = ReportedQuantity::number("rank", "", "number of the rank that wrote the cell");
 /// Number of the body.
-pub(super) const BODY: Quantity = Quantity::number("body", "", "number of the body");
+pub(super) const BODY: ReportedQuantity = ReportedQuantity::number("body", "", "number of the body");
 /// Number of the material.
-const MATERIAL: Quantity = Quantity::number(
+const MATERIAL: ReportedQuantity = ReportedQuantity::number(
     "material",
     "",
     "number of the material, counted over the bodies in the order of the file; if a body has several materials",
 );
 /// Number of the contact.
-pub(super) const CONTACT: Quantity = Quantity::number("contact", "", "number of the contact");
+pub(super) const CONTACT: ReportedQuantity = ReportedQuantity::number("contact", "", "number of the contact");
 
 /// File, location and meaning of the arrays that do not change.
-pub const GRID_FIELDS: &[(&str, &str, Quantity)] = &[
+pub const GRID_FIELDS: &[(&str, &str, ReportedQuantity)] = &[
     ("both", "nodes", NODE),
     ("`fields.pvd`", "elements", BODY),
     ("`fields.pvd`", "elements", MATERIAL),
@@ -80,7 +80,7 @@ pub(super) struct FieldSelection {
 }
 
 impl FieldSelection {
-    pub(super) fn new<const D: usize>(mesh: &Cells<D>, group: Quantity, rank: usize) -> Self {
+    pub(super) fn new<const D: usize>(mesh: &Cells<D>, group: ReportedQuantity, rank: usize) -> Self {
         let cells: Vec<u32> =
             (0..mesh.vtk_types.len() as u32).filter(|&cell| mesh.mine[cell as usize]).collect();
         let layers = mesh.materials.map_or(1, |materials| materials.layers);
@@ -141,10 +141,10 @@ impl FieldSelection {
             let name = field.quantity.name;
             arrays.push(match (&field.values, field.quantity.components) {
                 (FieldValues::Codes(codes), _) => Array::codes(name, gather(name, codes, entities, 1)?),
-                (FieldValues::Numbers(values), Components::One) => {
+                (FieldValues::Numbers(values), QuantityShape::One) => {
                     Array::scalar(name, gather(name, values, entities, 1)?)
                 }
-                (FieldValues::Numbers(values), Components::SymmetricTensor) => {
+                (FieldValues::Numbers(values), QuantityShape::SymmetricTensor) => {
                     Array::symmetric_tensor(name, gather(name, values, entities, 6)?)
                 }
                 (FieldValues::Numbers(values), components) => {

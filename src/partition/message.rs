@@ -7,7 +7,7 @@ use mpi::traits::{CommunicatorCollectives, Destination, Source};
 
 use super::{IndexMap, LocalMesh};
 use crate::error::{Error, Result};
-use crate::mesh::{ElementKind, Facet, Mesh, Plane, Tie};
+use crate::mesh::{ElementKind, Facet, Mesh, PlaneState, Tie};
 
 /// Items in one MPI message. MPI counts with 32 bits, and a buffer may have more items.
 const CHUNK: usize = 1 << 27;
@@ -138,7 +138,7 @@ impl<'a> Reader<'a> {
     fn local_mesh<const D: usize>(&mut self, reals: &[f64]) -> Option<LocalMesh<D>> {
         let [first, owned, total] = [self.number()?, self.number()?, self.number()?];
         let assembled = self.number()? as usize;
-        let plane = *Plane::ALL.get(self.number()? as usize)?;
+        let plane = *PlaneState::ALL.get(self.number()? as usize)?;
         let ghosts: Vec<i32> = self.list()?.iter().map(|&global| global as i32).collect();
         let input_node = self.list()?.to_vec();
         let input_element = self.list()?.to_vec();
@@ -188,7 +188,7 @@ mod tests {
         let mut mesh = Mesh::with_points(vec![[0.0, -0.5], [1.0, 0.25], [1.0, 1.0], [0.0, 1.0], [3.0, 4.0]]);
         mesh.push(ElementKind::Quad4, [0, 1, 2, 3]);
         mesh.push(ElementKind::Tri3, [1, 4, 2]);
-        mesh.plane = Plane::Axisymmetric;
+        mesh.plane = PlaneState::Axisymmetric;
         mesh.body[1] = 1;
         mesh.piece[1] = 3;
         mesh.facet_sets

@@ -17,14 +17,14 @@ use std::rc::Rc;
 /// The program's settings are in PETSc's options database only while the solver needs them. Solvers
 /// with one prefix therefore do not disturb each other, and only the user's options remain in the
 /// database. The user's options take precedence.
-pub struct Krylov {
+pub struct KrylovSolver {
     session: Rc<Session>,
     prefix: String,
     raw: sys::KSP,
     defaults: Vec<(String, String)>,
 }
 
-impl Krylov {
+impl KrylovSolver {
     /// A solver that reads options with the prefix, as in `contact_ksp_type`; the prefix of the
     /// main solver is empty. Collective.
     ///
@@ -248,7 +248,7 @@ fn create(session: &Session, prefix: &str) -> Result<sys::KSP> {
     Ok(raw)
 }
 
-impl Drop for Krylov {
+impl Drop for KrylovSolver {
     fn drop(&mut self) {
         // SAFETY: we own the handle, and PETSc is running because we hold the session.
         unsafe { sys::KSPDestroy(&mut self.raw) };

@@ -1,6 +1,6 @@
 //! Thin owners of PETSc's objects. Together with METIS this is the only unsafe code of the program.
 //!
-//! A [`Session`] starts MPI and PETSc; every [`Vector`], [`Matrix`] and [`Krylov`] keeps it alive.
+//! A [`Session`] starts MPI and PETSc; every [`Vector`], [`Matrix`] and [`KrylovSolver`] keeps it alive.
 //! Functions that all ranks must call together are marked `Collective.` A failed call of PETSc is
 //! an [`Error`](crate::error::Error) with PETSc's own text. A linear solve that does not converge
 //! is an [`LinearOutcome`], not an error.
@@ -33,7 +33,7 @@ mod versions;
 pub use census::{Census, Kind, census};
 pub use events::{Event, Running};
 pub use hdf5::{Hdf5File, NumberType, Rows, Width, require_hdf5};
-pub use krylov::Krylov;
+pub use krylov::KrylovSolver;
 pub use limits::outlive_file_limits;
 pub use matrix::{Matrix, Symmetry};
 pub use operator::{Kronecker, Operator, SharedOperator, residual_norm};

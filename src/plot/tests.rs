@@ -13,7 +13,7 @@ use crate::error::Cause;
 use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, Energies};
 use crate::observe::fields::{Field, FieldValues, Location};
 use crate::observe::probes::{PROBE_FILE, Watched, word};
-use crate::observe::quantity::{Quantity, TableFile, headings};
+use crate::observe::quantity::{ReportedQuantity, TableFile, headings};
 use crate::output::fields::{Cells, FieldWriter, Ranks};
 use crate::output::folder::ResultsFolder;
 use crate::output::folder::tests::Scratch;
@@ -194,19 +194,19 @@ fn write_fields<const D: usize>(path: &Path, rank: usize, steps: &[(u64, f64)]) 
     };
     let mut writer = FieldWriter::new(path, Ranks { rank, size: 2 }, cells(0), Some(cells(1))).unwrap();
     let det_f = vec![0.95; mine[0].len()];
-    let field = |quantity: Quantity, location: Location, values: &[f64]| Field {
+    let field = |quantity: ReportedQuantity, location: Location, values: &[f64]| Field {
         quantity,
         location,
         values: FieldValues::Numbers(values.to_vec()),
     };
-    let at_nodes = |quantity: Quantity, values: &[f64]| field(quantity, Location::Nodes, values);
-    let displacement = at_nodes(Quantity::vector("displacement", "m", ""), &u);
+    let at_nodes = |quantity: ReportedQuantity, values: &[f64]| field(quantity, Location::Nodes, values);
+    let displacement = at_nodes(ReportedQuantity::vector("displacement", "m", ""), &u);
     let fields = [
         displacement.clone(),
-        field(Quantity::symmetric_tensor("cauchy_stress", "Pa", ""), Location::Elements, &stress),
-        field(Quantity::number("det_f", "", ""), Location::Elements, &det_f),
+        field(ReportedQuantity::symmetric_tensor("cauchy_stress", "Pa", ""), Location::Elements, &stress),
+        field(ReportedQuantity::number("det_f", "", ""), Location::Elements, &det_f),
     ];
-    let surface = [displacement, at_nodes(Quantity::number("contact_pressure", "Pa", ""), &pressure)];
+    let surface = [displacement, at_nodes(ReportedQuantity::number("contact_pressure", "Pa", ""), &pressure)];
     for &(step, time) in steps {
         writer.write(step, &fields, Some(&surface)).unwrap();
         if rank == 0 {

@@ -85,6 +85,9 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
             "plane stress: the thickness is free, forces are for a thickness of 1 {m} at rest"
         );
     }
+    if case.is_axisymmetric() {
+        let _ = writeln!(text, "axisymmetric: forces and energies are those of the whole revolution");
+    }
     for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(locking::cures(&system, &model)) {
         describe_body(&mut text, body, size, case);
         let mut cures: Vec<String> =

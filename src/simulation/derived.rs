@@ -8,7 +8,7 @@ use crate::observe::bodies::{BODY_COLUMNS, BodyReport};
 use crate::observe::contact::{ContactColumn, ContactReport};
 use crate::observe::energy::{ENERGY_COLUMNS, Energies, MOMENTUM_COLUMNS, Momentum};
 use crate::observe::probes::{ProbeColumn, Watched, watch};
-use crate::observe::quantity::{Cell, Column, Quantity};
+use crate::observe::quantity::{Cell, Column, ReportedQuantity};
 use crate::observe::reactions::{REACTION_COLUMNS, Reaction};
 use crate::observe::rigid::{RIGID_COLUMNS, RigidReport};
 use crate::reader::complaint::Complaint;
@@ -34,8 +34,11 @@ pub struct StepRows<'a, const D: usize> {
 }
 
 /// Names of the columns of a table, without units.
-fn names<'a, const D: usize>(quantities: impl Iterator<Item = &'a Quantity>) -> Vec<String> {
-    quantities.flat_map(Quantity::headings::<D>).map(|heading| without_unit(&heading).to_owned()).collect()
+fn names<'a, const D: usize>(quantities: impl Iterator<Item = &'a ReportedQuantity>) -> Vec<String> {
+    quantities
+        .flat_map(ReportedQuantity::headings::<D>)
+        .map(|heading| without_unit(&heading).to_owned())
+        .collect()
 }
 
 fn without_unit(heading: &str) -> &str {

@@ -7,7 +7,7 @@ use super::journal::Journal;
 use super::{SOLVER_PREFIXES, options};
 use crate::advice::crushed::crushed;
 use crate::advice::reach::{self, Span};
-use crate::assembly::{ContactSystem, Turn, set_velocity};
+use crate::assembly::{ContactSystem, TurnDirection, set_velocity};
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Continuation, Equations, FrictionMode, RigidInstant, Shifts, Stage};
 use crate::error::{Cause, Error, Result};
@@ -355,13 +355,13 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     system.set_start_factor(load_factor);
     system.prescribe(stage)?;
     // The rotations of rigid bodies are those of the trial state.
-    system.turn_rigid(stage, Turn::Forwards);
+    system.turn_rigid(stage, TurnDirection::Forwards);
     // A return map knows only the slip in its history. Bodies that slide at the start, deformable
     // and rigid ones, are therefore assumed to have slid for one step before.
     stage.start.time = -step;
     stage.start.u.axpy(-step, &stage.start.v)?;
     stage.start.u.update_ghosts()?;
-    system.turn_rigid(stage, Turn::Backwards);
+    system.turn_rigid(stage, TurnDirection::Backwards);
     let mut residual = system.pattern_vector().like()?;
     let mut state = system.residual(stage, &mut residual)?;
     if system.know_gaps() {
@@ -373,7 +373,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     }
     system.set_continuation(steps);
     system.remember_start(stage)?;
-    system.turn_rigid(stage, Turn::Forwards);
+    system.turn_rigid(stage, TurnDirection::Forwards);
     stage.start.copy_from(&stage.trial)
 }
 

@@ -34,7 +34,7 @@ use super::own::{CustomPreconditioner, Origin, source_of, stored};
 use super::zone::{Zone, ZoneState};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
+use crate::petsc::{Event, Format, KrylovSolver, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::presets::Passes;
 use crate::terms::Terms;
 
@@ -56,7 +56,7 @@ impl Default for FilteredAmgSettings {
 /// The bodies with joints in place of contact, and their multigrid.
 struct Bulk {
     matrix: Matrix,
-    krylov: Krylov,
+    krylov: KrylovSolver,
     /// Slipping part of the closed points: when the matrix was assembled, and now.
     slipping: [f64; 2],
     /// Changes of status since the matrix was assembled, relative to the closed points.
@@ -120,7 +120,7 @@ impl Bulk {
     const RANGE: f64 = 2.0;
 
     fn new(origin: &Origin) -> Result<Self> {
-        let krylov = Krylov::new(origin.session, Self::PREFIX)?;
+        let krylov = KrylovSolver::new(origin.session, Self::PREFIX)?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
         let [set_up, renewal, cycle] =

@@ -17,7 +17,7 @@ use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
+use crate::petsc::{BlockPattern, Event, KrylovSolver, Matrix, Reuse, Session, Vector, residual_norm};
 use crate::presets::Preset;
 
 /// Result of a linear solve.
@@ -63,7 +63,7 @@ pub struct LinearSolver {
     session: Rc<Session>,
     prefix: String,
     ladder: Vec<&'static Preset>,
-    solvers: Vec<Option<Krylov>>,
+    solvers: Vec<Option<KrylovSolver>>,
     /// Current rung.
     rung: usize,
     /// Number of solves since the last move to a higher rung.
@@ -495,9 +495,9 @@ impl LinearSolver {
     }
 
     /// The Krylov solver of the current rung, created on first use.
-    fn krylov(&mut self) -> Result<&mut Krylov> {
+    fn krylov(&mut self) -> Result<&mut KrylovSolver> {
         if self.solvers[self.rung].is_none() {
-            let mut krylov = Krylov::new(&self.session, &self.prefix)?;
+            let mut krylov = KrylovSolver::new(&self.session, &self.prefix)?;
             let options = self.ladder[self.rung].options_on(self.session.size() as usize);
             let given = |name: &str| self.session.is_given(&format!("{}{name}", self.prefix));
             let options = beside_the_users(options, given);

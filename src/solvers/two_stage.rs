@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 use super::own::{CustomPreconditioner, Origin, source_of, stored};
 use crate::dynamics::{MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
+use crate::petsc::{KrylovSolver, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::presets::{Preset, Second};
 use crate::terms::Terms;
 
@@ -37,7 +37,7 @@ pub struct TwoStageSettings {
 struct Half {
     matrix: Matrix,
     terms: Terms,
-    krylov: Krylov,
+    krylov: KrylovSolver,
 }
 
 /// The preconditioner with its matrices.
@@ -64,7 +64,7 @@ struct TwoStageState {
 
 impl Half {
     fn new(origin: &Origin, terms: Terms, preset: &Preset) -> Result<Self> {
-        let mut krylov = Krylov::new(origin.session, TwoStage::PREFIX)?;
+        let mut krylov = KrylovSolver::new(origin.session, TwoStage::PREFIX)?;
         krylov.configure(&preset.options_on(origin.session.size() as usize))?;
         Ok(Self { matrix: origin.like.like()?, terms, krylov })
     }

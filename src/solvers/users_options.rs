@@ -2,7 +2,7 @@
 //! precedence, and methods that the matrix does not allow are rejected.
 
 use crate::error::{Error, Result};
-use crate::petsc::Krylov;
+use crate::petsc::KrylovSolver;
 
 /// Options of a preset that remain beside the user's options. A method or preconditioner of the
 /// user replaces that of the preset, with all related options.
@@ -27,7 +27,7 @@ const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres"
 ///
 /// # Errors
 /// If the user chose such a method.
-pub(super) fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
+pub(super) fn refuse_symmetric_method(krylov: &KrylovSolver) -> Result<()> {
     let (method, _) = krylov.types()?;
     if !SYMMETRIC_METHODS.contains(&method.as_str()) {
         return Ok(());

@@ -17,7 +17,7 @@ use crate::dynamics::{MatrixSource, MultigridHints, Sources};
 use crate::error::Result;
 use crate::partition::exchange::NodeExchange;
 use crate::petsc::{
-    BlockPattern, Event, Krylov, Matrix, Operator, Reason, Reuse, Session, SubMatrix, Vector,
+    BlockPattern, Event, KrylovSolver, Matrix, Operator, Reason, Reuse, Session, SubMatrix, Vector,
 };
 
 /// W of the filtered multigrid. It is slightly larger than the facets in contact need, so that it
@@ -64,7 +64,7 @@ struct PiecesState {
 /// The matrix on W with the factors of the rank's piece.
 struct Solver {
     part: SubMatrix,
-    krylov: Krylov,
+    krylov: KrylovSolver,
     rhs: Vector,
     solution: Vector,
     /// Whether the solver iterates, or factorises W as a whole.
@@ -390,7 +390,7 @@ impl Solver {
     /// Collective among the ranks of the part.
     fn new(part: SubMatrix, irregular: &Vector) -> Result<Self> {
         let session = part.session();
-        let mut krylov = Krylov::new(session, Zone::PREFIX)?;
+        let mut krylov = KrylovSolver::new(session, Zone::PREFIX)?;
         match session.size() {
             1 => krylov.configure(&Zone::ALONE)?,
             few if few <= Zone::FEW && !session.is_given("filter_pc_type") => {

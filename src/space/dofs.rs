@@ -10,7 +10,7 @@ use crate::mesh::{Mesh, digits};
 
 /// A displacement boundary condition as resolved from the case: the prescribed components on a set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Boundary<const D: usize> {
+pub struct DisplacementBoundary<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// Set of points, facets or elements to whose nodes the condition applies.
@@ -32,7 +32,7 @@ pub struct Prescribed {
 /// Prescribed displacement \[m\], velocity \[m/s\] and acceleration \[m/s2\] of one component at
 /// one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PrescribedMotion {
+pub struct PrescribedState {
     /// Displacement \[m\].
     pub u: f64,
     /// Velocity \[m/s\].
@@ -75,7 +75,7 @@ impl<const D: usize> DofMap<D> {
     /// agree on it.
     pub fn new(
         mesh: &Mesh<D>,
-        boundaries: &[Boundary<D>],
+        boundaries: &[DisplacementBoundary<D>],
         same_motion: impl Fn([usize; 2], usize) -> bool,
     ) -> Result<Self> {
         let mut holder = vec![usize::MAX; mesh.points.len() * D];
@@ -122,7 +122,7 @@ impl<const D: usize> DofMap<D> {
     pub fn fill(
         &self,
         points: &[[f64; D]],
-        mut motion: impl FnMut(usize, usize, &[f64; D]) -> Result<PrescribedMotion>,
+        mut motion: impl FnMut(usize, usize, &[f64; D]) -> Result<PrescribedState>,
         fields: PrescribedFields,
     ) -> Result<()> {
         for (number, boundary) in self.boundaries.iter().enumerate() {
@@ -140,7 +140,7 @@ impl<const D: usize> DofMap<D> {
     }
 }
 
-fn entries<const D: usize>(mesh: &Mesh<D>, boundary: &Boundary<D>) -> Result<Vec<(u32, u8)>> {
+fn entries<const D: usize>(mesh: &Mesh<D>, boundary: &DisplacementBoundary<D>) -> Result<Vec<(u32, u8)>> {
     let Some(nodes) = mesh.set_nodes(&boundary.set) else {
         let message = format!("boundary '{}': there is no set '{}'", boundary.name, boundary.set);
         return Err(Error::case(message));
@@ -178,8 +178,8 @@ mod tests {
         mesh
     }
 
-    fn boundary(name: &str, set: &str, components: [bool; 2]) -> Boundary<2> {
-        Boundary { name: name.into(), set: set.into(), components }
+    fn boundary(name: &str, set: &str, components: [bool; 2]) -> DisplacementBoundary<2> {
+        DisplacementBoundary { name: name.into(), set: set.into(), components }
     }
 
     /// Conditions on different components of a shared corner coexist, and each is filled with its
@@ -198,7 +198,7 @@ mod tests {
         let (mut u, mut v, mut a) = (vec![9.0; 8], vec![9.0; 8], vec![9.0; 8]);
         let motion = |boundary: usize, component: usize, x: &[f64; 2]| {
             let value = 10.0 * boundary as f64 + component as f64 + 0.1 * x[1];
-            Ok(PrescribedMotion { u: value, v: -value, a: 2.0 * value })
+            Ok(PrescribedState { u: value, v: -value, a: 2.0 * value })
         };
         map.fill(&mesh.points, motion, PrescribedFields { u: &mut u, v: &mut v, a: &mut a }).expect("filled");
         assert_eq!(u, [0.0, 11.0, 9.0, 11.0, 9.0, 9.0, 0.1, 9.0]);

@@ -21,7 +21,7 @@ mod tets;
 mod triangles;
 mod wedges;
 
-pub use dofs::{Boundary, DofMap, Prescribed, PrescribedFields, PrescribedMotion};
+pub use dofs::{DisplacementBoundary, DofMap, Prescribed, PrescribedFields, PrescribedState};
 pub use facet::{Tangents, area_variation, facet_normal, facet_tangents};
 pub use held::Held;
 pub use locate::{ElementTree, Located, Nearest, locate, nearest_node, pull_back};

@@ -2,7 +2,7 @@
 
 use contact_petsc::mesh::{ElementKind, Mesh};
 use contact_petsc::partition::exchange::{
-    Arrived, ForeignRows, NodeExchange, NodeField, RowExchange, sparse_all_to_all,
+    Arrived, ExchangedField, ForeignRows, NodeExchange, RowExchange, sparse_all_to_all,
 };
 use contact_petsc::partition::{LocalMesh, Plan};
 use mpi::topology::SimpleCommunicator;
@@ -85,8 +85,8 @@ fn values_come_from_their_owners(world: &SimpleCommunicator, local: &LocalMesh<2
         let mut pair = [vec![f64::NAN; 2 * wanted.len()], vec![f64::NAN; 3 * wanted.len()]];
         let [first, second] = &mut pair;
         let fields = &mut [
-            NodeField { width: 2, owned: &two, wanted: first },
-            NodeField { width: 3, owned: &three, wanted: second },
+            ExchangedField { width: 2, owned: &two, wanted: first },
+            ExchangedField { width: 3, owned: &three, wanted: second },
         ];
         exchange.forward_many(world, fields);
         let expected = [values(&mut wanted.iter().copied(), 2), values(&mut wanted.iter().copied(), 3)];

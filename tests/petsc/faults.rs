@@ -2,7 +2,7 @@
 
 use crate::lattice::{Lattice, Local};
 use contact_petsc::error::Error;
-use contact_petsc::petsc::{BlockPattern, Format, Krylov, Matrix, Session, Vector};
+use contact_petsc::petsc::{BlockPattern, Format, KrylovSolver, Matrix, Session, Vector};
 use std::rc::Rc;
 
 fn words(text: &str) -> Vec<String> {
@@ -60,7 +60,7 @@ pub fn errors() {
     );
     assert!(error.message.contains("Incompatible vector") && error.exit_code() == 70, "{error}");
 
-    let mut krylov = Krylov::new(&session, "").unwrap();
+    let mut krylov = KrylovSolver::new(&session, "").unwrap();
     let error = krylov.configure(&[("ksp_type", "no_such_method")]).expect_err("no such method");
     assert!(error.message.contains("no_such_method"), "{error}");
 
@@ -99,7 +99,8 @@ pub fn options() {
         Local::new(&session, Lattice { counts: [8, 8, 1], dimension: 2, skew: 0.05, cut: 0 }, &[1, 1]);
     let mut matrix = Matrix::new(&session, &local.pattern, Format::Aij).unwrap();
     matrix.fill(|values| local.fill(values)).unwrap();
-    let (mut one, mut two) = (Krylov::new(&session, "").unwrap(), Krylov::new(&session, "").unwrap());
+    let (mut one, mut two) =
+        (KrylovSolver::new(&session, "").unwrap(), KrylovSolver::new(&session, "").unwrap());
     one.configure(&[("ksp_type", "gmres"), ("pc_type", "jacobi"), ("ksp_max_it", "50")]).unwrap();
     two.configure(&[("ksp_type", "cg"), ("pc_type", "none")]).unwrap();
     let b = local.vector(&session, |dof| dof as f64);

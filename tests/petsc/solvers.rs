@@ -2,7 +2,7 @@
 
 use crate::lattice::{Lattice, Local};
 use contact_petsc::petsc::{
-    Format, InitialGuess, Krylov, LinearOutcome, Matrix, Reason, Reuse, Session, Symmetry, Vector,
+    Format, InitialGuess, KrylovSolver, LinearOutcome, Matrix, Reason, Reuse, Session, Symmetry, Vector,
     residual_norm,
 };
 use std::cell::Cell;
@@ -97,8 +97,8 @@ fn filled(session: &Rc<Session>, local: &Local, format: Format) -> Matrix {
     matrix
 }
 
-fn configured(session: &Rc<Session>, matrix: &Matrix, options: &[(&str, &str)]) -> Krylov {
-    let mut krylov = Krylov::new(session, "").unwrap();
+fn configured(session: &Rc<Session>, matrix: &Matrix, options: &[(&str, &str)]) -> KrylovSolver {
+    let mut krylov = KrylovSolver::new(session, "").unwrap();
     krylov.configure(options).unwrap();
     krylov.set_operators(matrix, matrix).unwrap();
     krylov.set_tolerances(1e-10, 1e-30, 300).unwrap();
@@ -110,7 +110,7 @@ fn right_hand_side(session: &Rc<Session>, local: &Local) -> Vector {
 }
 
 /// Solves and returns the outcome with the true relative residual.
-fn solve(session: &Rc<Session>, local: &Local, krylov: &mut Krylov, matrix: &Matrix) -> (LinearOutcome, f64) {
+fn solve(session: &Rc<Session>, local: &Local, krylov: &mut KrylovSolver, matrix: &Matrix) -> (LinearOutcome, f64) {
     let b = right_hand_side(session, local);
     let (mut x, mut work) = (b.like().unwrap(), b.like().unwrap());
     let outcome = krylov.solve(&b, &mut x).unwrap();

@@ -10,10 +10,10 @@ use contact_petsc::contact::friction::{Coulomb, Friction, FrictionPowerLaw, Regu
 use contact_petsc::contact::normal::{NormalLaw, NormalPowerLaw};
 use contact_petsc::contact::obstacle::{Cylinder, Plane, Shape, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
-use contact_petsc::mesh::{BoxShape, Facet, Mesh};
+use contact_petsc::mesh::{BoxShape, Facet, Mesh, PlaneState};
 use contact_petsc::model::{
-    Body, Coefficients, ContactModel, ElasticSupport, Grounded, InitialOverclosure, LoadKind, MassChoice,
-    RayleighFactors, Target,
+    Body, ContactModel, ElasticSupport, Grounded, InitialOverclosure, LoadKind, MassChoice, RayleighFactors,
+    SupportCoefficients, Target,
 };
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::tensor::Vector;
@@ -36,6 +36,8 @@ pub struct Case<const D: usize> {
     pub friction: Option<Friction>,
     pub damping: ContactDamping,
     pub current_area: bool,
+    /// Whether the bodies are bodies of revolution.
+    revolved: bool,
     pub at_work: Terms,
 }
 
@@ -140,6 +142,22 @@ pub fn plane_cases() -> Vec<Case<2>> {
             ..new("no friction on a body", Tri6, NH, None, Terms::NORMAL_GEOMETRY | Terms::ZONE_CHANGE)
         },
         Case {
+            revolved: true,
+            ..new(
+                "rings that slip",
+                Quad4,
+                NH,
+                coulomb(constant(), velocity(1e-3)),
+                // The slip of a vertex is a mean over facets whose areas change.
+                RUBBING | Terms::FRICTION_GEOMETRY,
+            )
+        },
+        Case {
+            bed: Some(Tri6),
+            revolved: true,
+            ..new("rings on rings", Quad9, SVK, coulomb(constant(), velocity(1e-3)), RUBBING | CURVED)
+        },
+        Case {
             obstacle: ball(),
             ..new("no friction on a disc", Quad4, SVK, None, Terms::NORMAL_GEOMETRY | Terms::ZONE_CHANGE)
         },
@@ -200,6 +218,7 @@ fn new<const D: usize>(
         friction,
         damping: ContactDamping::default(),
         current_area: true,
+        revolved: false,
         at_work,
     }
 }
@@ -214,18 +233,18 @@ impl<const D: usize> Case<D> {
         let only = |axis: usize, text| std::array::from_fn(|i| if i == axis { text } else { "" });
         model.supports.push(support("block.top", only(D - 1, "-0.2 * t")));
         model.supports.push(support("block.right", only(0, "2 * t - 0.7")));
-        let axes = |of: &dyn Fn(usize) -> Option<PlacedFunction>| Coefficients {
+        let axes = |of: &dyn Fn(usize) -> Option<PlacedFunction>| SupportCoefficients {
             axes: std::array::from_fn(of),
-            ..Coefficients::NONE
+            ..SupportCoefficients::NONE
         };
         model.elastic_supports.push(ElasticSupport {
             name: "soil".to_owned(),
             set: "block.left".to_owned(),
             on: Grounded::Surface,
-            stiffness: Coefficients {
+            stiffness: SupportCoefficients {
                 normal: Some(function("3 + y")),
                 tangential: Some(function("1.2")),
-                ..Coefficients::NONE
+                ..SupportCoefficients::NONE
             },
             damping: axes(&|i| (i > 0).then(|| function("0.4 + 0.1 * y"))),
         });
@@ -264,6 +283,12 @@ impl<const D: usize> Case<D> {
             model.bodies.push(Body { name: "bed".to_owned(), ..bed.model::<D>().bodies.remove(0) });
             model.supports.push(support("bed.bottom", std::array::from_fn(|_| "0.1 * t")));
             mesh = beside(mesh, &bed);
+        }
+        if self.revolved {
+            mesh.plane = PlaneState::Axisymmetric;
+            mesh.points.iter_mut().for_each(|point| point[0] += 0.6);
+            let materials = model.bodies.iter_mut().flat_map(|body| &mut body.materials);
+            materials.for_each(|material| material.formulation.plane = PlaneState::Axisymmetric);
         }
         Scene::new(session, mesh, &model, options)
     }

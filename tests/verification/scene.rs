@@ -7,7 +7,7 @@ use contact_petsc::case::{Function, PlacedFunction, Units};
 use contact_petsc::dynamics::{Equations, Stage};
 use contact_petsc::element::{Formulation, Kinematics, Locking};
 use contact_petsc::material::Material;
-use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, Plane, merge};
+use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, PlaneState, merge};
 use contact_petsc::model::{Body, BodyMaterial, Load, LoadKind, MassChoice, Model, Support};
 use contact_petsc::partition::{LocalMesh, Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
@@ -58,7 +58,7 @@ impl Solid {
         let formulation = Formulation {
             material: Material::named(self.law, YOUNG, POISSON).expect("a known law"),
             kinematics: self.kinematics,
-            plane: Plane::Strain,
+            plane: PlaneState::Strain,
             locking: self.locking,
             density: DENSITY,
         };

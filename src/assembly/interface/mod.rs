@@ -15,7 +15,7 @@ use super::scatter::LiftTarget;
 use crate::contact::evaluation::ContactFields;
 use crate::error::Result;
 use crate::partition::IndexMap;
-use crate::partition::exchange::{ForeignRows, NodeExchange, NodeField, RowExchange};
+use crate::partition::exchange::{ExchangedField, ForeignRows, NodeExchange, RowExchange};
 use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT, Symmetry};
 use crate::space::Held;
 
@@ -259,8 +259,8 @@ pub struct Opening<'a, 'm, const D: usize> {
 
 /// A field of the rank's nodes, prepared for exchange. It is copied to the front of `all`, and the
 /// foreign values follow.
-fn travel<'a, const D: usize>(all: &'a mut [f64], owned: &'a [f64]) -> NodeField<'a> {
+fn travel<'a, const D: usize>(all: &'a mut [f64], owned: &'a [f64]) -> ExchangedField<'a> {
     let (local, wanted) = all.split_at_mut(owned.len());
     local.copy_from_slice(owned);
-    NodeField { width: D, owned, wanted }
+    ExchangedField { width: D, owned, wanted }
 }

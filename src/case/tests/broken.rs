@@ -126,7 +126,8 @@ const BROKEN: &[Broken] = &[
         &["box or a file"],
     ),
     // Types and units.
-    ("dimension: 2", "dimension: two", "2:12", &["expected a whole number"]),
+    ("dimension: 2", "dimension: two", "2:12", &["2, 3 or axisymmetric, not 'two'"]),
+    ("dimension: 2", "dimension: 2.5", "2:12", &["2, 3 or axisymmetric, not 2.5"]),
     ("dimension: 2", "dimension: 4", "2:12", &["2, 3 or axisymmetric, not 4"]),
     ("\"5 MPa\"", "\"5\"", "6:47", &["missing unit: '5'", "a pressure [Pa]", "\"5 MPa\""]),
     ("\"5 MPa\"", "5 mm", "6:47", &["'5 mm' is a length [m]", "expected a pressure [Pa]"]),

@@ -19,7 +19,7 @@ use super::products::Products;
 use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::shape::{FacetShape, MOST_NODES};
 use super::split::{FacetPiece, MOST_CORNERS, linear, pieces};
-use crate::mesh::{ElementKind, Plane};
+use crate::mesh::{ElementKind, PlaneState};
 use crate::space::{area_variation, facet_normal};
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
@@ -49,7 +49,7 @@ pub enum AreaMeasure<'a, const D: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AcrossPlane {
     /// State across the plane.
-    pub plane: Plane,
+    pub plane: PlaneState,
     /// Distance of the origin of current positions from the y axis \[m\].
     pub origin: f64,
 }

@@ -41,7 +41,7 @@ fn with_pair<const D: usize, R>(
     kinds: [ElementKind; 2],
     z: &[f64],
     reference: Option<&[Vector<D>]>,
-    plane: Plane,
+    plane: PlaneState,
     then: impl FnOnce(&FacetPair<'_, D>) -> R,
 ) -> R {
     let all = vectors::<D>(z);
@@ -56,8 +56,8 @@ fn with_pair<const D: usize, R>(
 }
 
 /// The states across the plane in this many dimensions.
-fn planes(dimension: usize) -> &'static [Plane] {
-    if dimension == 2 { &[Plane::Strain, Plane::Axisymmetric] } else { &[Plane::Strain] }
+fn planes(dimension: usize) -> &'static [PlaneState] {
+    if dimension == 2 { &[PlaneState::Strain, PlaneState::Axisymmetric] } else { &[PlaneState::Strain] }
 }
 
 fn all_pairs(kinds: &[ElementKind]) -> Vec<[ElementKind; 2]> {
@@ -98,7 +98,7 @@ fn change<const D: usize>(
     all
 }
 
-fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64, plane: Plane) {
+fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64, plane: PlaneState) {
     for seed in 0..5 {
         let z = coordinates::<D>(kinds, seed, 0.08, gap);
         let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, gap));
@@ -123,7 +123,9 @@ fn integrals_move_as_their_variations_say() {
         for &plane in planes(2) {
             all_pairs(&LINES).into_iter().for_each(|kinds| varies::<2>(kinds, reference, gap, plane));
         }
-        all_pairs(&FACES).into_iter().for_each(|kinds| varies::<3>(kinds, reference, gap, Plane::Strain));
+        all_pairs(&FACES)
+            .into_iter()
+            .for_each(|kinds| varies::<3>(kinds, reference, gap, PlaneState::Strain));
     }
 }
 
@@ -132,7 +134,7 @@ fn integrals_move_as_their_variations_say() {
 #[test]
 fn integrals_over_an_obstacle_move_as_their_variations_say() {
     let disc = crate::contact::obstacle::Sphere::new(
-        Vector::<2>::new(0.2, 1.0),
+        Vector::<2>::new(0.2, -1.0),
         0.9,
         crate::contact::obstacle::Side::Outside,
     );
@@ -165,14 +167,14 @@ fn integrals_over_an_obstacle_move_as_their_variations_say() {
     }
 }
 
-/// A pressure on a cone is that on the area of the ring: its nodal forces have the axial and the radial sum of the
-/// true integrals.
+/// A pressure on a cone acts on the area of the ring: its nodal forces have the axial sum of the pressure.
 #[test]
 fn pressures_act_on_rings() {
-    let z = [0.5, 0.0, 2.0, 1.0, 2.5, 2.0, 0.0, -0.1];
+    let z = [0.5, 0.0, 2.0, 1.0, 2.3, 1.2, 0.2, -0.2];
     let carried = [Carried { normal: 3.0, friction: Vector::zeros() }; MOST_CORNERS];
-    let force =
-        with_pair([ElementKind::Line2; 2], &z, None, Plane::Axisymmetric, |pair| force::<2>(pair, &carried));
+    let force = with_pair([ElementKind::Line2; 2], &z, None, PlaneState::Axisymmetric, |pair| {
+        force::<2>(pair, &carried)
+    });
     let axial = force[1] + force[3];
     // The contactor's outward normal is to the right of its direction. Radii are 1.5 larger.
     let ring = std::f64::consts::PI * (3.5_f64.powi(2) - 2.0_f64.powi(2));
@@ -198,7 +200,7 @@ fn tractions<const D: usize>(seed: u32) -> [Carried<D>; MOST_CORNERS] {
     })
 }
 
-fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool, plane: Plane) {
+fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool, plane: PlaneState) {
     for seed in 0..5 {
         let z = coordinates::<D>(kinds, seed, 0.08, -0.05);
         let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, -0.05));
@@ -237,7 +239,9 @@ fn forces_move_as_their_stiffness_says() {
         for &plane in planes(2) {
             all_pairs(&LINES).into_iter().for_each(|kinds| forces_vary::<2>(kinds, reference, plane));
         }
-        all_pairs(&FACES).into_iter().for_each(|kinds| forces_vary::<3>(kinds, reference, Plane::Strain));
+        all_pairs(&FACES)
+            .into_iter()
+            .for_each(|kinds| forces_vary::<3>(kinds, reference, PlaneState::Strain));
     }
 }
 
@@ -248,7 +252,8 @@ fn resultants<const D: usize>(kinds: [ElementKind; 2]) -> [f64; 2] {
         let mut carried = tractions::<D>(seed);
         carried.iter_mut().for_each(|carried| carried.friction = Vector::zeros());
         let nodes = vectors::<D>(&z);
-        let forces = vectors::<D>(&with_pair(kinds, &z, None, Plane::Strain, |pair| force(pair, &carried)));
+        let forces =
+            vectors::<D>(&with_pair(kinds, &z, None, PlaneState::Strain, |pair| force(pair, &carried)));
         let total: Vector<D> = forces.iter().sum();
         let size: f64 = forces.iter().map(|f| f.norm()).sum();
         let moment =
@@ -289,7 +294,7 @@ fn a_uniform_pressure_gives_consistent_loads() {
             y[1] = 60.0 * (y[1] - 0.25);
         }
         let carried = [Carried { normal: 2.0, friction: Vector::zeros() }; MOST_CORNERS];
-        let force = with_pair(kinds, &z, None, Plane::Strain, |pair| force::<3>(pair, &carried));
+        let force = with_pair(kinds, &z, None, PlaneState::Strain, |pair| force::<3>(pair, &carried));
         let element = crate::space::reference(kinds[0]);
         let rule = element.rule(4);
         let table = element.tabulate(&rule);
@@ -307,7 +312,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     let z = coordinates::<D>(kinds, 3, 0.0, 0.0);
     let (pressures, size) = ([0.7, 1.3, -0.4, 0.9], z.len());
     let gradient = |z: &[f64]| {
-        with_pair(kinds, z, None, Plane::Strain, |pair| {
+        with_pair(kinds, z, None, PlaneState::Strain, |pair| {
             let mut all = vec![0.0; size];
             let none = vec![Vector::zeros(); pair.nodes()];
             pair.vary(
@@ -326,7 +331,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     let mut stiffness = vec![0.0; size * size];
     let potential = pressures.map(|pressure| VertexPotential { pressure, ..VertexPotential::default() });
     let frozen = FrozenFacet::<D> { potential, ..FrozenFacet::default() };
-    with_pair(kinds, &z, None, Plane::Strain, |pair| {
+    with_pair(kinds, &z, None, PlaneState::Strain, |pair| {
         pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
     });
     let nodes = size / D;

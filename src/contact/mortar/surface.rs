@@ -7,7 +7,7 @@ use super::shape::FacetShape;
 use super::split::linear;
 use crate::contact::nodal::at;
 use crate::contact::surface::Ownership;
-use crate::mesh::{ElementKind, Facet, Mesh, Plane};
+use crate::mesh::{ElementKind, Facet, Mesh, PlaneState};
 use crate::space::{facet_normal, facet_tangents, reference};
 use crate::tensor::Vector;
 
@@ -52,7 +52,7 @@ struct FacetWeight {
 }
 
 /// Extent across the plane where the shape functions of nodes at these positions have these values.
-fn depth_at<const D: usize>(plane: Plane, points: &[Vector<D>], shape: &[f64]) -> f64 {
+fn depth_at<const D: usize>(plane: PlaneState, points: &[Vector<D>], shape: &[f64]) -> f64 {
     plane.depth(points.iter().zip(shape).map(|(point, n)| point[0] * n).sum())
 }
 
@@ -71,7 +71,7 @@ pub struct VertexSurface<const D: usize> {
     /// Facets around vertex `p`: `around[first[p]..first[p + 1]]`.
     first: Vec<u32>,
     around: Vec<u32>,
-    plane: Plane,
+    plane: PlaneState,
 }
 
 impl<const D: usize> VertexSurface<D> {
@@ -180,7 +180,7 @@ impl<const D: usize> VertexSurface<D> {
     }
 
     /// State across the plane, in two dimensions.
-    pub fn plane(&self) -> Plane {
+    pub fn plane(&self) -> PlaneState {
         self.plane
     }
 

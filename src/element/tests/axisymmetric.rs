@@ -9,7 +9,7 @@ use super::*;
 fn ring(kind: ElementKind) -> Mesh<2> {
     let mut mesh = distorted::<2>(kind);
     mesh.points.iter_mut().for_each(|point| point[0] += 0.4);
-    mesh.plane = Plane::Axisymmetric;
+    mesh.plane = PlaneState::Axisymmetric;
     mesh
 }
 
@@ -17,7 +17,7 @@ fn ring(kind: ElementKind) -> Mesh<2> {
 fn solid(kind: ElementKind) -> Mesh<2> {
     let mut mesh =
         BoxShape { min: [0.0, 0.0], max: [2.0, 3.0], cells: [3, 2], element: kind }.mesh().unwrap();
-    mesh.plane = Plane::Axisymmetric;
+    mesh.plane = PlaneState::Axisymmetric;
     mesh
 }
 
@@ -27,8 +27,8 @@ fn kinds() -> impl Iterator<Item = ElementKind> {
 
 /// All formulations of bodies of revolution.
 fn revolved(kind: ElementKind) -> Vec<Formulation> {
-    let strained = variants(kind).into_iter().filter(|formulation| formulation.plane == Plane::Strain);
-    strained.map(|formulation| Formulation { plane: Plane::Axisymmetric, ..formulation }).collect()
+    let strained = variants(kind).into_iter().filter(|formulation| formulation.plane == PlaneState::Strain);
+    strained.map(|formulation| Formulation { plane: PlaneState::Axisymmetric, ..formulation }).collect()
 }
 
 /// Energy, internal force and tangent are derivatives of one another to second order, for every
@@ -95,7 +95,7 @@ fn energy_and_mass_are_those_of_the_revolution() {
         let volume = TAU / 2.0 * 4.0 * 3.0;
         let u = affine(&mesh, &[[0.02, 0.0], [0.0, 0.03]]);
         let linear = Formulation {
-            plane: Plane::Axisymmetric,
+            plane: PlaneState::Axisymmetric,
             ..formulation(neo_hookean(), Kinematics::Linear, Locking::None)
         };
         let group = group(&mesh, linear);
@@ -155,7 +155,7 @@ fn negative_radii_are_refused() {
     let mut mesh = solid(ElementKind::Quad4);
     mesh.points.iter_mut().for_each(|point| point[0] -= 1.0);
     let of = Formulation {
-        plane: Plane::Axisymmetric,
+        plane: PlaneState::Axisymmetric,
         ..formulation(neo_hookean(), Kinematics::Finite, Locking::None)
     };
     let error = ElementGroup::new(&mesh, vec![0], of).unwrap_err().to_string();
@@ -167,7 +167,7 @@ fn negative_radii_are_refused() {
 fn states_beyond_the_axis_are_inverted() {
     let mesh = solid(ElementKind::Quad4);
     let of = Formulation {
-        plane: Plane::Axisymmetric,
+        plane: PlaneState::Axisymmetric,
         ..formulation(neo_hookean(), Kinematics::Finite, Locking::None)
     };
     let group = group(&mesh, of);

@@ -50,7 +50,7 @@ fn patch<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
             volume += stress.volume;
         });
         let state = first.unwrap();
-        if formulation.plane == Plane::Stress {
+        if formulation.plane == PlaneState::Stress {
             assert!(state.cauchy.0[2] == 0.0, "{kind} {formulation:?}");
         } else if formulation.kinematics == Kinematics::Finite {
             let f =
@@ -73,7 +73,7 @@ fn patch<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         let everyone = vec![true; mesh.element_count()];
         let density = match formulation.kinematics {
             Kinematics::Linear => Hooke::energy(&formulation.own_moduli(), &grad_u),
-            Kinematics::Finite if formulation.plane == Plane::Stress => {
+            Kinematics::Finite if formulation.plane == PlaneState::Stress => {
                 PlaneStress::new(&formulation.material).energy(&grad_u)
             }
             Kinematics::Finite => formulation.material.accept(EnergyAt(grad_u)),
@@ -186,7 +186,7 @@ fn von_mises_measures_shear() {
 fn plane_strain_holds_the_body_flat() {
     let mesh = distorted::<2>(ElementKind::Quad4);
     let u = affine(&mesh, &[[2e-9, 0.0], [0.0, 1e-9]]);
-    for formulation in variants(ElementKind::Quad4).into_iter().filter(|f| f.plane == Plane::Strain) {
+    for formulation in variants(ElementKind::Quad4).into_iter().filter(|f| f.plane == PlaneState::Strain) {
         group(&mesh, formulation).stress(&u, |_, stress| {
             assert!(
                 (stress.mean.cauchy.0[2] / (MODULI.lambda * 3e-9) - 1.0).abs() < 1e-6,
@@ -202,7 +202,7 @@ fn plane_stress_leaves_the_thickness_free() {
     let mesh = distorted::<2>(ElementKind::Quad4);
     let ratio = MODULI.poisson_ratio();
     let u = affine(&mesh, &[[1e-9, 0.0], [0.0, -ratio * 1e-9]]);
-    for formulation in variants(ElementKind::Quad4).into_iter().filter(|f| f.plane == Plane::Stress) {
+    for formulation in variants(ElementKind::Quad4).into_iter().filter(|f| f.plane == PlaneState::Stress) {
         group(&mesh, formulation).stress(&u, |_, stress| {
             let [xx, yy, zz, ..] = stress.mean.cauchy.0;
             assert!((xx / (MODULI.young_modulus() * 1e-9) - 1.0).abs() < 1e-6, "{formulation:?} {stress:?}");

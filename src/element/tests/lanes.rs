@@ -73,7 +73,7 @@ fn collect_portable<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<V
     let formulation = group.formulation();
     match formulation.kinematics {
         Kinematics::Linear => dispatch_portable(Solid::<Hooke, D>::new(job, formulation.own_moduli())),
-        Kinematics::Finite if formulation.plane == Plane::Stress => {
+        Kinematics::Finite if formulation.plane == PlaneState::Stress => {
             let law = PlaneStress::new(&formulation.material);
             dispatch_portable(General::<_, D, false>::of_one(job, Box::new(law)))
         }
@@ -113,7 +113,7 @@ fn inversions<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         }
         let found = result.unwrap_err();
         // Stretched elements beside it may have lost their thickness.
-        let is_thin = formulation.plane == Plane::Stress && found.reserve.is_nan();
+        let is_thin = formulation.plane == PlaneState::Stress && found.reserve.is_nan();
         assert!(found.det <= 0.0 || is_thin, "{kind}: {found:?}");
         let first = (0..count as u32)
             .find(|&e| {

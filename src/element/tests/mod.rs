@@ -12,7 +12,7 @@ mod viscous;
 
 use super::*;
 use crate::material::{Hooke, MATERIALS, Material, Moduli, NeoHookean, Part, Potential};
-use crate::mesh::{BoxShape, ElementKind, Facet, Mesh, Plane};
+use crate::mesh::{BoxShape, ElementKind, Facet, Mesh, PlaneState};
 use crate::taylor::{scatter, taylor_rate};
 use nalgebra::{DMatrix, DVector};
 
@@ -66,7 +66,7 @@ fn distorted<const D: usize>(kind: ElementKind) -> Mesh<D> {
 }
 
 fn formulation(material: Material, kinematics: Kinematics, locking: Locking) -> Formulation {
-    Formulation { material, kinematics, plane: Plane::Strain, locking, density: 3.0 }
+    Formulation { material, kinematics, plane: PlaneState::Strain, locking, density: 3.0 }
 }
 
 /// Every law of the table with [`MODULI`].
@@ -92,7 +92,7 @@ fn variants(kind: ElementKind) -> Vec<Formulation> {
     }
     if kind.dimension() == 2 {
         let strained = all.clone().into_iter().filter(|formulation| formulation.locking == Locking::None);
-        all.extend(strained.map(|formulation| Formulation { plane: Plane::Stress, ..formulation }));
+        all.extend(strained.map(|formulation| Formulation { plane: PlaneState::Stress, ..formulation }));
     }
     all
 }

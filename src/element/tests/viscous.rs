@@ -31,7 +31,7 @@ fn assemble_viscous<const D: usize>(
 fn derivatives<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     let (u, d) = (random(mesh, 0.02, 21), random(mesh, 0.02, 22));
     let everyone = vec![true; mesh.element_count()];
-    for formulation in variants(kind).into_iter().filter(|f| f.plane == Plane::Strain) {
+    for formulation in variants(kind).into_iter().filter(|f| f.plane == PlaneState::Strain) {
         let what = format!("{kind} {formulation:?}");
         let group = group(mesh, formulation);
         let viscous = overstress(&group, &random(mesh, 0.02, 23), 0.9);
@@ -68,7 +68,7 @@ fn force_and_tangent_of_branches_have_order_two() {
 fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     let u = random(mesh, 0.02, 24);
     let n = kind.nodes() * D;
-    for formulation in variants(kind).into_iter().filter(|f| f.plane == Plane::Strain) {
+    for formulation in variants(kind).into_iter().filter(|f| f.plane == PlaneState::Strain) {
         let whole = group(mesh, formulation);
         let viscous = overstress(&whole, &random(mesh, 0.02, 23), 0.9);
         let rows = |group: &ElementGroup<D>, viscous: &Overstress| {
@@ -120,7 +120,7 @@ fn lanes_of_branches_are_separate() {
 }
 
 fn relaxation<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
-    for formulation in variants(kind).into_iter().filter(|f| f.plane == Plane::Strain) {
+    for formulation in variants(kind).into_iter().filter(|f| f.plane == PlaneState::Strain) {
         let group = group(mesh, formulation);
         let series = series();
         let u = random(mesh, 0.02, 25);

@@ -8,9 +8,9 @@ use crate::contact::obstacle::Shape;
 use crate::contact::passage::Path;
 use crate::contact::surface::SurfaceFacet;
 use crate::error::Result;
-use crate::mesh::{Bounds, ElementKind, Facet, Plane};
+use crate::mesh::{Bounds, ElementKind, Facet, PlaneState};
 use crate::partition::LocalMesh;
-use crate::partition::exchange::{NodeExchange, NodeField};
+use crate::partition::exchange::{ExchangedField, NodeExchange};
 use crate::petsc::Session;
 use crate::tensor::Vector as Point;
 
@@ -87,7 +87,8 @@ impl<const D: usize> Moving<D> {
         let mut bring = NodeExchange::new(world, &local.index, &foreign.numbers)?;
         let [mut start, mut end] = [0, 1].map(|_| vec![0.0; foreign.numbers.len() * D]);
         let fields = [(ends.start, &mut start), (ends.end, &mut end)];
-        let mut fields = fields.map(|(owned, wanted)| NodeField { width: D, owned, wanted: &mut wanted[..] });
+        let mut fields =
+            fields.map(|(owned, wanted)| ExchangedField { width: D, owned, wanted: &mut wanted[..] });
         bring.forward_many(world, &mut fields);
         let beyond = StepEnds { start: &start, end: &end };
         let path = |node: u32| match (node as usize).checked_sub(local.index.local_count()) {
@@ -178,7 +179,7 @@ pub(super) fn nodes_of<const D: usize>(
 pub(super) fn points_of<const D: usize>(
     obstacle: &dyn Shape<D>,
     kind: ElementKind,
-    plane: Plane,
+    plane: PlaneState,
     nodes: &[Path<D>],
 ) -> impl Iterator<Item = Path<D>> {
     rule_of(obstacle, kind, plane).points.iter().map(move |&[first, second, _]| {

@@ -8,7 +8,7 @@ use super::names::{Names, Scope, without_instance};
 use super::types::{self, Class};
 use crate::error::{Result, shown};
 use crate::mesh::numbering::{MAX_NODES, Numbering};
-use crate::mesh::{ElementKind, Plane};
+use crate::mesh::{ElementKind, PlaneState};
 
 /// Index of an element that is not solid.
 pub(super) const LEFT_OUT: u32 = u32::MAX;
@@ -28,7 +28,7 @@ pub(super) enum Target {
 #[derive(Default)]
 pub(super) struct Content {
     /// State of plane elements.
-    plane: Plane,
+    plane: PlaneState,
     pub nodes: Numbering,
     pub points: Vec<[f64; 3]>,
     pub node_places: Vec<usize>,
@@ -176,7 +176,7 @@ enum SetForm {
 }
 
 /// Reads a file for a mesh of dimension `dimension`, whose plane elements must be of the state `plane`.
-pub(super) fn read(deck: &mut Deck, dimension: usize, plane: Plane) -> Result<Content> {
+pub(super) fn read(deck: &mut Deck, dimension: usize, plane: PlaneState) -> Result<Content> {
     let mut content = Content { plane, ..Content::default() };
     let mut block = Block::Skipped;
     loop {
@@ -299,19 +299,19 @@ impl Content {
                         "write `dimension: axisymmetric` in the case; if a plane body is meant, rename the type \
                          to CPE3, CPE4, CPE6 or CPE8 in the file"
                     }
-                    (Plane::Axisymmetric, _) => {
+                    (PlaneState::Axisymmetric, _) => {
                         "the case has `dimension: axisymmetric`; if that is meant, rename the type to CAX3, CAX4, \
                          CAX6 or CAX8 in the file"
                     }
-                    (Plane::Strain, "plane stress") => {
+                    (PlaneState::Strain, "plane stress") => {
                         "write `plane: stress` in the case; if plane strain is meant, rename the type to CPE3, \
                          CPE4, CPE6 or CPE8 in the file"
                     }
-                    (Plane::Strain, _) => {
+                    (PlaneState::Strain, _) => {
                         "a case of dimension 2 is plane strain; if that is meant, rename the type to CPE3, CPE4, \
                          CPE6 or CPE8 in the file"
                     }
-                    (Plane::Stress, _) => {
+                    (PlaneState::Stress, _) => {
                         "the case has `plane: stress`; if that is meant, rename the type to CPS3, CPS4, CPS6 or \
                          CPS8 in the file"
                     }

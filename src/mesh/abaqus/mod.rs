@@ -15,7 +15,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::source::{Labels, MeshFile, Places, unreadable};
-use super::{Mesh, Plane};
+use super::{Mesh, PlaneState};
 use crate::error::{Error, Result};
 use crate::files;
 use lines::{Deck, whole};
@@ -37,7 +37,7 @@ const HEAD: u64 = 4096;
 pub fn read_with_source<const D: usize>(
     path: &Path,
     region: Option<&str>,
-    plane: Plane,
+    plane: PlaneState,
 ) -> Result<(Mesh<D>, MeshFile)> {
     let name = path.display().to_string();
     let unreadable = |e| unreadable(&name, &e);
@@ -63,7 +63,7 @@ pub fn read_with_source<const D: usize>(
 /// The errors of [`read_with_source`], with a line and without the name of the file.
 pub fn parse<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<Mesh<D>> {
     let mut deck = Deck::new("", bytes.to_vec(), None);
-    labelled(&mut deck, region, Plane::Strain).map(|parsed| parsed.mesh)
+    labelled(&mut deck, region, PlaneState::Strain).map(|parsed| parsed.mesh)
 }
 
 /// Whether a file begins like an input file: with a keyword or a comment.
@@ -77,7 +77,7 @@ struct Parsed<const D: usize> {
     remarks: Vec<String>,
 }
 
-fn labelled<const D: usize>(deck: &mut Deck, region: Option<&str>, plane: Plane) -> Result<Parsed<D>> {
+fn labelled<const D: usize>(deck: &mut Deck, region: Option<&str>, plane: PlaneState) -> Result<Parsed<D>> {
     let content = content::read(deck, D, plane)?;
     let (mesh, labels, remarks) = build::mesh(deck, &content, region)?;
     Ok(Parsed { mesh, labels, remarks })

@@ -1,7 +1,7 @@
 //! Input files as preprocessors and users write them: kinds, sets, surfaces, parts, and defects.
 
 use super::*;
-use crate::mesh::{ElementKind, Facet, Plane, SetKind, gmsh, measure};
+use crate::mesh::{ElementKind, Facet, PlaneState, SetKind, gmsh, measure};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -95,7 +95,7 @@ fn what_is_skipped_is_reported() {
     let text =
         format!("{PLANE}*NODE\n99, 7, 7, 7\n*ELEMENT, TYPE=SPRING1\n50, 99\n51, 99\n*ELSET, ELSET=all\n50\n");
     let mut deck = Deck::new("", text.into_bytes(), None);
-    let parsed = labelled::<2>(&mut deck, None, Plane::Strain).unwrap();
+    let parsed = labelled::<2>(&mut deck, None, PlaneState::Strain).unwrap();
     assert_eq!(parsed.mesh.points.len(), 6);
     assert_eq!(parsed.mesh.element_sets["all"], [0, 1]);
     let remarks = parsed.remarks.join("\n");
@@ -311,7 +311,7 @@ fn included_files() {
                 *INCLUDE, INPUT=sets.nam\n3\n*NSET, NSET=up\n4\n";
     let path = folder.join("main.INP");
     write("main.INP", main);
-    let (mesh, source) = crate::mesh::read_file::<2>(&path, None, Plane::Strain).unwrap();
+    let (mesh, source) = crate::mesh::read_file::<2>(&path, None, PlaneState::Strain).unwrap();
     assert_eq!(mesh.points.len(), 4);
     assert_eq!(mesh.point_sets["low"], [0, 1, 2]);
     let at = |node| source.error_at_node(&mesh, node, "is here").message;
@@ -322,7 +322,7 @@ fn included_files() {
 
     let refused = |main: &str| {
         write("main.INP", main);
-        read_with_source::<2>(&path, None, Plane::Strain).unwrap_err().message
+        read_with_source::<2>(&path, None, PlaneState::Strain).unwrap_err().message
     };
     write("sets.nam", "*NSET, NSET=low\n1, 77\n");
     let error = refused(main);
@@ -337,7 +337,7 @@ fn included_files() {
     assert!(error.contains("main.INP: the mesh has no solid elements of dimension 2"), "{error}");
     let text = folder.join("main.msh");
     std::fs::write(&text, main).unwrap();
-    let error = crate::mesh::read_file::<2>(&text, None, Plane::Strain).unwrap_err().message;
+    let error = crate::mesh::read_file::<2>(&text, None, PlaneState::Strain).unwrap_err().message;
     assert!(error.contains("must end in .inp"), "{error}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -347,7 +347,7 @@ fn included_files() {
 fn elements_have_the_state_of_the_case() {
     let stressed = PLANE.replace("CPE", "CPS");
     for (text, plane, other) in
-        [(PLANE, Plane::Strain, Plane::Stress), (&stressed, Plane::Stress, Plane::Strain)]
+        [(PLANE, PlaneState::Strain, PlaneState::Stress), (&stressed, PlaneState::Stress, PlaneState::Strain)]
     {
         let read = |plane| labelled::<2>(&mut Deck::new("", text.as_bytes().to_vec(), None), None, plane);
         let parsed = read(plane).unwrap();
@@ -355,7 +355,11 @@ fn elements_have_the_state_of_the_case() {
         let error = read(other).map(drop).unwrap_err().message;
         let expected = format!("are {}, not {}", plane.name(), other.name());
         assert!(error.contains("line 12") && error.contains(&expected), "{error}");
-        assert_eq!(error.contains("write `plane: stress` in the case"), other == Plane::Strain, "{error}");
+        assert_eq!(
+            error.contains("write `plane: stress` in the case"),
+            other == PlaneState::Strain,
+            "{error}"
+        );
     }
 }
 

@@ -1,6 +1,6 @@
 //! Element types of Abaqus and CalculiX, and the numbers of their faces.
 
-use crate::mesh::{ElementKind, Plane};
+use crate::mesh::{ElementKind, PlaneState};
 use ElementKind::*;
 
 /// What becomes of an element type.
@@ -37,11 +37,11 @@ const SOLIDS: [(&str, ElementKind); 10] = [
 const VARIANTS: &str = "RHIMST";
 
 /// The class of a type in upper case, for plane elements of the state `plane`.
-pub(super) fn classify(name: &str, plane: Plane) -> Class {
+pub(super) fn classify(name: &str, plane: PlaneState) -> Class {
     let (solid, own) = match (name.strip_prefix("CPS"), name.strip_prefix("CAX")) {
-        (Some(rest), _) => (format!("CPE{rest}"), Plane::Stress),
-        (_, Some(rest)) => (format!("CPE{rest}"), Plane::Axisymmetric),
-        _ => (name.to_owned(), Plane::Strain),
+        (Some(rest), _) => (format!("CPE{rest}"), PlaneState::Stress),
+        (_, Some(rest)) => (format!("CPE{rest}"), PlaneState::Axisymmetric),
+        _ => (name.to_owned(), PlaneState::Strain),
     };
     for (base, kind) in SOLIDS {
         let Some(variant) = solid.strip_prefix(base) else { continue };

@@ -12,6 +12,6 @@ mod peers;
 mod rows;
 mod sparse;
 
-pub use nodes::{NodeExchange, NodeField, Traffic};
+pub use nodes::{ExchangedField, NodeExchange, Traffic};
 pub use rows::{Arrived, ForeignRows, RowExchange};
 pub use sparse::sparse_all_to_all;

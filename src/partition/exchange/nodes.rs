@@ -25,7 +25,7 @@ pub struct NodeExchange {
 
 /// One of several fields that are sent together.
 #[derive(Debug)]
-pub struct NodeField<'a> {
+pub struct ExchangedField<'a> {
     /// Values per node.
     pub width: usize,
     /// Values of the owned nodes in local order. More values may follow, for example of ghosts.
@@ -84,12 +84,12 @@ impl NodeExchange {
         owned: &[f64],
         wanted: &mut [f64],
     ) {
-        self.forward_many(world, &mut [NodeField { width, owned, wanted }]);
+        self.forward_many(world, &mut [ExchangedField { width, owned, wanted }]);
     }
 
     /// Performs [`forward`](Self::forward) for several fields with one message per neighbour.
     /// Collective.
-    pub fn forward_many(&mut self, world: &impl CommunicatorCollectives, fields: &mut [NodeField<'_>]) {
+    pub fn forward_many(&mut self, world: &impl CommunicatorCollectives, fields: &mut [ExchangedField<'_>]) {
         let width: usize = fields.iter().map(|field| field.width).sum();
         let room = self.leaving.room();
         for &node in &self.given {

@@ -2,7 +2,7 @@
 
 /// State across the plane of elements in two dimensions; of no effect in three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Plane {
+pub enum PlaneState {
     /// No strain across the plane.
     #[default]
     Strain,
@@ -13,7 +13,7 @@ pub enum Plane {
     Axisymmetric,
 }
 
-impl Plane {
+impl PlaneState {
     /// All states, in the order of their discriminants.
     pub const ALL: [Self; 3] = [Self::Strain, Self::Stress, Self::Axisymmetric];
 
