@@ -4,7 +4,8 @@ use std::marker::PhantomData;
 
 use serde::de::value::MapDeserializer;
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, SeqAccess, VariantAccess, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, SeqAccess, VariantAccess,
+    Visitor,
 };
 use serde::forward_to_deserialize_any;
 
@@ -36,6 +37,18 @@ impl<E: Error> StandIn<E> {
     fn implied(&self) -> Self {
         Self { is_written: false, ..self.clone() }
     }
+
+    /// A mapping of these keys to stand-ins that are not written. Every mapping is of this type, so
+    /// that a visitor is compiled once for all of them.
+    fn mapping<'de>(&self, keys: &'static [&'static str]) -> impl MapAccess<'de, Error = E> + use<'de, E> {
+        let value = self.implied();
+        MapDeserializer::new(keys.iter().map(move |key| (*key, value.clone())))
+    }
+}
+
+/// A mapping without entries.
+pub(super) fn empty_mapping<'de, E: Error>() -> impl MapAccess<'de, Error = E> {
+    StandIn::new(0.0, Place::default()).mapping(&[])
 }
 
 macro_rules! read_as {
@@ -89,7 +102,7 @@ impl<'de, E: Error> Deserializer<'de> for StandIn<E> {
         self.deserialize_tuple(length, visitor)
     }
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, E> {
-        visitor.visit_map(MapDeserializer::new(std::iter::empty::<(&str, f64)>()))
+        visitor.visit_map(empty_mapping())
     }
     fn deserialize_struct<V: Visitor<'de>>(
         self,
@@ -97,8 +110,7 @@ impl<'de, E: Error> Deserializer<'de> for StandIn<E> {
         keys: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, E> {
-        let inner = self.implied();
-        visitor.visit_map(MapDeserializer::new(keys.iter().map(move |key| (*key, inner.clone()))))
+        visitor.visit_map(self.mapping(keys))
     }
     fn deserialize_enum<V: Visitor<'de>>(
         self,

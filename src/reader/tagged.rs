@@ -16,7 +16,7 @@ use super::at::At;
 use super::complaint::Complaint;
 use super::context::CHOICE;
 use super::quantity::Scalar;
-use super::stand_in::AnyOf;
+use super::stand_in::{AnyOf, empty_mapping};
 use super::unit::Dimension;
 
 /// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it. With
@@ -210,7 +210,7 @@ impl<'de, E: Error> Deserializer<'de> for NoParameters<E> {
         _fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, E> {
-        visitor.visit_map(MapDeserializer::new(std::iter::empty::<(&str, f64)>()))
+        visitor.visit_map(empty_mapping())
     }
 
     forward_to_deserialize_any! {
