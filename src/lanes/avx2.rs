@@ -10,7 +10,7 @@ use super::{
 };
 use pulp::cast;
 use pulp::x86::V3;
-use std::arch::x86_64::__m256d;
+use std::arch::x86_64::{__m256d, _MM_HINT_T0};
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// Lanes in one register; the first field proves that the processor has AVX2 and FMA.
@@ -132,6 +132,10 @@ impl Lane for Register {
     #[inline(always)]
     fn lanes(self) -> [f64; WIDTH] {
         cast(self.1)
+    }
+    #[inline(always)]
+    fn prefetch<T>(self, values: &[T], at: usize) {
+        self.0.sse._mm_prefetch::<_MM_HINT_T0>(values.as_ptr().wrapping_add(at).cast());
     }
     #[inline(always)]
     fn transpose(rows: [Self; WIDTH]) -> [[f64; WIDTH]; WIDTH] {

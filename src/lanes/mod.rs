@@ -150,6 +150,12 @@ pub trait Lane: RatioSlope {
     fn load(self, values: [f64; WIDTH]) -> Self;
     /// The values of the lanes.
     fn lanes(self) -> [f64; WIDTH];
+    /// Announces that `values[at]` is read soon; positions behind the end are accepted.
+    ///
+    /// The processor's own prefetch ends at page boundaries. If the loop depends on the previous
+    /// results, it does not run ahead of them either.
+    #[inline(always)]
+    fn prefetch<T>(self, _values: &[T], _at: usize) {}
     /// Four lane groups as four rows of one element each.
     #[inline(always)]
     fn transpose(rows: [Self; WIDTH]) -> [[f64; WIDTH]; WIDTH] {

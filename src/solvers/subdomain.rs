@@ -170,13 +170,28 @@ fn outside(pattern: &BlockPattern, nodes: impl Iterator<Item = i32>, ghosts: &[i
     others
 }
 
-/// Origin of a block of the subdomain's matrix.
+/// Origin of a block of the subdomain's matrix: a slot of the rank's own rows or, with the highest
+/// bit set, a block among those that the neighbours send.
 #[derive(Debug, Clone, Copy)]
-enum Source {
+struct Source(u32);
+
+impl Source {
+    const SENT: u32 = 1 << 31;
+
     /// A slot of the rank's own rows.
-    Own(u32),
+    fn own(slot: usize) -> Self {
+        Self(slot as u32)
+    }
+
     /// A block among those that the neighbours send.
-    Sent(u32),
+    fn sent(block: usize) -> Self {
+        Self(block as u32 | Self::SENT)
+    }
+
+    /// The slot, or the block that was sent.
+    fn place(self) -> std::result::Result<u32, u32> {
+        if self.0 & Self::SENT == 0 { Ok(self.0) } else { Err(self.0 & !Self::SENT) }
+    }
 }
 
 /// The subdomain's matrix, its factors, and the data that are exchanged.
@@ -218,11 +233,13 @@ impl<const D: usize> Overlapping<D> {
             row.clear();
             match (node as usize).checked_sub(owned) {
                 None => row.extend(pattern.row(node as usize).filter_map(|slot| {
-                    found(pattern.columns[slot]).map(|column| (column, Source::Own(slot as u32)))
+                    found(pattern.columns[slot]).map(|column| (column, Source::own(slot)))
                 })),
-                Some(ghost) => row.extend((ghost * grown.width..).zip(grown.columns(ghost)).filter_map(
-                    |(block, column)| found(column).map(|column| (column, Source::Sent(block as u32))),
-                )),
+                Some(ghost) => {
+                    row.extend((ghost * grown.width..).zip(grown.columns(ghost)).filter_map(
+                        |(block, column)| found(column).map(|column| (column, Source::sent(block))),
+                    ))
+                }
             }
             row.sort_unstable_by_key(|(column, _)| *column);
             rows.columns.extend(row.iter().map(|(column, _)| *column));
@@ -233,7 +250,7 @@ impl<const D: usize> Overlapping<D> {
             pattern: Rc::clone(pattern),
             width: grown.width,
             order,
-            factors: Incomplete::new(rows),
+            factors: Incomplete::new(&rows),
             sources,
             sent: vec![0.0; grown.ghosts.len() * grown.width * D * D],
             halo: vec![0.0; grown.ghosts.len() * D],
@@ -253,9 +270,9 @@ impl<const D: usize> Factors for Overlapping<D> {
                 }
             };
             exchange.forward_from(session.world(), *width * D * D, give, sent);
-            factors.factorise(|k| match sources[k] {
-                Source::Own(slot) => blocks.columns(slot),
-                Source::Sent(block) => {
+            factors.factorise(|k| match sources[k].place() {
+                Ok(slot) => blocks.columns(slot),
+                Err(block) => {
                     let values = &sent[block as usize * D * D..][..D * D];
                     std::array::from_fn(|j| std::array::from_fn(|i| values[j * D + i]))
                 }
