@@ -13,6 +13,8 @@ use nix::sys::time::TimeValLike;
 /// The factors use the lanes of the library.
 use contact_petsc::lanes;
 
+// The tests of the factors are compiled with a benchmark, but run with the library.
+#[allow(dead_code, unused_imports)]
 #[path = "../src/solvers/incomplete.rs"]
 mod incomplete;
 

@@ -110,7 +110,12 @@ fn right_hand_side(session: &Rc<Session>, local: &Local) -> Vector {
 }
 
 /// Solves and returns the outcome with the true relative residual.
-fn solve(session: &Rc<Session>, local: &Local, krylov: &mut KrylovSolver, matrix: &Matrix) -> (LinearOutcome, f64) {
+fn solve(
+    session: &Rc<Session>,
+    local: &Local,
+    krylov: &mut KrylovSolver,
+    matrix: &Matrix,
+) -> (LinearOutcome, f64) {
     let b = right_hand_side(session, local);
     let (mut x, mut work) = (b.like().unwrap(), b.like().unwrap());
     let outcome = krylov.solve(&b, &mut x).unwrap();
