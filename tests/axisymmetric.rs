@@ -228,6 +228,49 @@ fn a_ring_breathes_with_its_hoop_stiffness() {
     assert!(lost < 1e-9 * kinetic, "{lost}");
 }
 
+/// A solid disc of unit radius and height 0.5.
+fn disc(more: &str, boundary: &str, time: &str) -> String {
+    format!(
+        "dimension: axisymmetric\nbodies:\n  disc:\n    \
+         mesh: {{ box: {{ min: [0, 0], max: [1, 0.5], cells: [4, 2] }} }}\n    \
+         material: {{ neo_hookean: {{ young_modulus: 1e6, poisson_ratio: 0.3 }} }}\n    density: 1000\n{more}\
+         boundary:\n  bottom: {{ on: disc.bottom, displacement: {{ y: 0 }} }}\n{boundary}\
+         time: {time}\n\
+         output: {{ probes: {{ axis: {{ at: [0, 0.5] }}, rim: {{ at: [1, 0.5] }} }} }}\n"
+    )
+}
+
+/// Nodes on the axis stay there, whatever the initial velocity, loads and displacements are.
+#[test]
+fn the_axis_stays_where_it_is() {
+    let stays = |results: &Results| {
+        let probes = results.table("probes.csv");
+        for column in ["axis.u_x", "axis.v_x"] {
+            assert!(probes.numbers(column).iter().all(|value| *value == 0.0), "{column}");
+        }
+        probes.numbers("rim.u_x").iter().fold(0.0_f64, |most, value| most.max(value.abs()))
+    };
+    let dynamic = "{ end: 0.01, step: 1.0e-3, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }";
+    for velocity in ["[1, 0]", "['1 * x', 0]"] {
+        let text = disc(&format!("    initial_velocity: {velocity}\n"), "", dynamic);
+        assert!(stays(&Results::of(&text, 2)) > 1e-3, "{velocity}");
+    }
+    let fixed = "{ end: 1, scheme: { static: { increments: 2 } } }";
+    let stretch = "  all: { on: disc, displacement: { x: '0.1 * x * t' } }\n";
+    near(&[stays(&Results::of(&disc("", stretch, fixed), 1))], &[0.1], 1e-12);
+    // Surfaces that are put onto a cone.
+    for slope in ["0.3", "-0.02"] {
+        let text = disc("", "", fixed).replace(
+            "boundary:\n",
+            &format!(
+                "obstacles:\n  cone: {{ plane: {{ point: [0, 0.49], normal: [{slope}, -1] }} }}\n\
+                 contact:\n  seat: {{ contactor: disc.top, target: cone, initial_overclosure: adjust }}\nboundary:\n"
+            ),
+        );
+        stays(&Results::of(&text, 2));
+    }
+}
+
 /// A rigid sphere that a force presses into an elastic half space sinks in as Hertz says, and balances the force.
 #[test]
 fn a_rigid_sphere_sinks_in_as_hertz_says() {
@@ -297,9 +340,29 @@ fn results_are_independent_of_ranks_and_restarts() {
     assert!(unexplained < 0.05 * energy.last("strain"), "{unexplained}");
 }
 
-/// What has no meaning for bodies of revolution is refused with its place and a remedy.
+/// Work of a cone that is pushed into the sleeve is the energy of the sleeve and the heat of friction. The
+/// rest is of the order of the mesh and the steps.
 #[test]
-fn what_has_no_meaning_is_refused() {
+fn the_ledger_of_friction_on_a_cone_closes() {
+    let text = SLEEVE
+        .replace("cells: [4, 10]", "cells: [4, 10], element: quad8")
+        .replace("    density: 1100\n", "")
+        .replace("stick_velocity: 1.0e-2", "stick_stiffness: 1.0e9")
+        .replace(
+            "step: 1.0e-3, scheme: { generalized_alpha: { spectral_radius: 0.8 } }",
+            "scheme: { static: { increments: 40 } }",
+        );
+    let results = Results::of(&text, 2);
+    let ledger = results.table("energy.csv");
+    let work = ledger.last("external_work");
+    let heat = ledger.last("friction_dissipated");
+    assert!(heat > 0.1 * work, "{heat} {work}");
+    assert!(ledger.last("numerical").abs() < 5e-3 * work, "{} {work}", ledger.last("numerical"));
+}
+
+/// Keys that are undefined for bodies of revolution are refused with their place and a remedy.
+#[test]
+fn undefined_keys_are_refused() {
     let static_scheme = "generalized_alpha: { spectral_radius: 0.8 }";
     let material = "    density: 1100\n";
     let seat = "  seat: { on: sleeve.bottom, displacement: { y: 0 } }\n";
@@ -325,7 +388,7 @@ fn what_has_no_meaning_is_refused() {
         ),
         (
             SLEEVE.replace("translation: { y: '-20 * t' }", "translation: { x: '-20 * t' }"),
-            ["case.yml:11:", "radius", "remove x"],
+            ["case.yml:11:", "changes its radius", "remove x"],
         ),
         (
             SLEEVE.replace("translation: { y: '-20 * t' }", "rotation: { angle: '-20 * t' }"),
@@ -341,6 +404,24 @@ fn what_has_no_meaning_is_refused() {
         (
             SLEEVE.replace(seat, &format!("{seat}  turn: {{ on: sleeve.top, torque: {{ z: 1 }} }}\n")),
             ["case.yml:20:3", "torque 'turn'", "remove it"],
+        ),
+        (
+            SLEEVE.replace(
+                "    motion: { translation: { y: '-20 * t' } }",
+                "    free: { mass: 1, fixed: [ux, rz], torque: { z: 1 } }",
+            ),
+            ["case.yml:11:", "does not rotate", "remove it"],
+        ),
+        (
+            SLEEVE.replace(
+                "boundary:\n",
+                "tied:\n  cell: { contactor: sleeve.right, target: sleeve.left, offset: [-0.2, 0] }\nboundary:\n",
+            ),
+            ["case.yml:19:", "along the axis y only", "remove x"],
+        ),
+        (
+            disc("", "  open: { on: disc, displacement: { x: '0.1 * t' } }\n", "{ end: 1, scheme: { static: { increments: 2 } } }"),
+            ["case.yml:9:", "on the axis of revolution", "without the nodes at x = 0"],
         ),
         (
             SLEEVE.replace("min: [0.5, 0]", "min: [-0.5, 0]"),

@@ -514,9 +514,10 @@ impl<const D: usize> Bodies<D> {
         self.free.turn(&session, stage, TurnDirection::Forwards);
     }
 
-    /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic or a free rigid body.
+    /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic, a free rigid body or a body
+    /// of revolution.
     pub fn may_conserve(&self) -> bool {
-        self.free.is_empty() && self.viscous.is_empty()
+        self.free.is_empty() && self.viscous.is_empty() && !self.local.mesh.plane.is_revolved()
     }
 
     /// Masses of the free rigid bodies \[kg\], in the order of their indices; 0 if it is completely

@@ -77,7 +77,8 @@ pub fn resolve_overclosure<const D: usize>(
         let apart = apart.min(CLOSABLE * height(world, local, &facets));
         for &node in &nodes {
             let apart = if facing.contains(&node) { apart } else { 0.0 };
-            move_onto(&mut local.mesh.points[node as usize], obstacle, apart);
+            let is_revolved = local.mesh.plane.is_revolved();
+            move_onto(&mut local.mesh.points[node as usize], obstacle, apart, is_revolved);
         }
     }
     Ok(found)
@@ -255,13 +256,29 @@ fn facing_nodes<const D: usize>(
 }
 
 /// Moves a point onto the surface of the obstacle if it is behind it, or at most `apart` in front
-/// of it \[m\].
-fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &dyn Shape<D>, apart: f64) {
+/// of it \[m\]. In axisymmetry a point on the axis moves along it, and no point moves beyond it.
+fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &dyn Shape<D>, apart: f64, is_revolved: bool) {
     let at = obstacle.proximity(&Vector::from(*point));
-    if at.gap < 0.0 || at.gap <= apart {
-        *point = (Vector::from(*point) - at.normal * at.gap).into();
+    if at.gap >= 0.0 && at.gap > apart {
+        return;
+    }
+    if is_revolved && point[0] == 0.0 {
+        // Newton's step along the axis, which is the solution for planes.
+        if at.normal[1].abs() > STEEP {
+            point[1] -= at.gap / at.normal[1];
+        }
+        return;
+    }
+    *point = (Vector::from(*point) - at.normal * at.gap).into();
+    if is_revolved {
+        point[0] = point[0].max(0.0);
     }
 }
+
+/// Component of a normal along the axis of revolution below which a point on the axis cannot move onto the
+/// surface. Such a surface is a tube around the axis or a needle along it; half and twice the value differ
+/// for cones that are steeper than 5 degrees from the axis only.
+const STEEP: f64 = 0.1;
 
 /// Returns the gaps, with those at the rounding of coordinates set to zero.
 fn touching<const D: usize>(

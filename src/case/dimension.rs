@@ -56,7 +56,7 @@ impl Visitor<'_> for AnyDimension {
         Ok(SpaceDimension::Number(i64::try_from(value).unwrap_or(i64::MAX)))
     }
     fn visit_f64<E: Error>(self, value: f64) -> Result<SpaceDimension, E> {
-        // What stands in for a value that cannot be read is a number as well.
+        // The reader replaces an unreadable value by a number.
         if value.fract() == 0.0 {
             return Ok(SpaceDimension::Number(value as i64));
         }

@@ -56,7 +56,7 @@ pub struct HoopResponse<T> {
 enum Wanted {
     /// The energy.
     Energy,
-    /// What is left to the limit of the law.
+    /// Margin to the limit of the law.
     Reserve,
     /// The stress.
     Stress,
@@ -67,7 +67,7 @@ enum Wanted {
 /// Results at four states. Everything that was not wanted is zero.
 #[derive(Debug, Clone, Copy, Default)]
 struct PackedResponse {
-    /// The energy \[Pa\], or what is left to the limit.
+    /// The energy \[Pa\], or the margin to the limit.
     value: Pack,
     stress: [Pack; HOOP_COMPONENTS],
     tangent: [[Pack; HOOP_COMPONENTS]; HOOP_COMPONENTS],

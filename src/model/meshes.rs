@@ -59,7 +59,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     if case.contact.values().any(case::Contact::is_general) {
         let mut surface = FacetIndex::new(&mesh).boundary();
         let tied = tied_facets(case, &mesh);
-        surface.retain(|facet| !tied.contains(facet));
+        surface.retain(|facet| !tied.contains(facet) && !is_on_axis(&mesh, *facet));
         mesh.facet_sets.insert(case::ALL.to_owned(), surface);
     }
     let mut faults = missing_sets(case, &mesh);
@@ -74,14 +74,20 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     Ok((mesh, remarks))
 }
 
-/// Distance from the axis of revolution, relative to the largest radius, up to which a node is on the axis.
-/// Mesh generators write positions with 10 to 16 digits. A value ten times larger or smaller makes no difference.
-const ON_AXIS: f64 = 1e-9;
+/// Whether a facet lies on the axis of revolution, where it has no area.
+fn is_on_axis<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> bool {
+    mesh.plane.is_revolved() && mesh.facet_corners(facet).all(|node| mesh.points[node as usize][0] == 0.0)
+}
+
+/// Distance from the axis of revolution, relative to the largest radius, up to which a node is on the
+/// axis. Mesh files have 7 to 16 digits, and a hole of this radius has no effect on anything else. A value
+/// ten times larger or smaller makes no difference.
+const ON_AXIS: f64 = 1e-7;
 
 /// Puts nodes that are on the axis of revolution within rounding exactly on it.
 ///
 /// # Errors
-/// A node has a negative radius, or all nodes are on the axis.
+/// A node has a negative radius.
 fn place_axis<const D: usize>(mesh: &mut Mesh<D>) -> Result<()> {
     let largest = mesh.points.iter().fold(0.0, |largest: f64, point| largest.max(point[0].abs()));
     for point in &mut mesh.points {

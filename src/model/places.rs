@@ -4,7 +4,7 @@
 use super::{LineModel, lengths};
 use crate::case::{Action, At, Case, Varying};
 use crate::error::Error;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, spelled};
 use crate::space::ElementTree;
 use crate::tensor::Vector;
 
@@ -27,6 +27,9 @@ pub fn unsound_places<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error>
             };
             let on = boundary.on.names().iter();
             let nodes: Vec<u32> = on.flat_map(|on| nodes_on(case, mesh, on)).collect();
+            if let (true, Action::Displacement([Some(radial), ..])) = (mesh.plane.is_revolved(), action) {
+                faults.extend(leaves_axis(case, mesh, radial, &nodes));
+            }
             let functions = functions.into_iter().flatten();
             faults.extend(functions.filter_map(|function| unsound(case, mesh, function, &nodes)));
         }
@@ -34,6 +37,26 @@ pub fn unsound_places<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error>
     faults.extend(far_probes(case, mesh));
     faults.extend(points_outside(case, mesh));
     faults
+}
+
+/// The error of a radial displacement that moves a node of the axis of revolution.
+fn leaves_axis<const D: usize, const KG: i8, const M: i8, const S: i8>(
+    case: &Case,
+    mesh: &Mesh<D>,
+    radial: &Varying<KG, M, S>,
+    nodes: &[u32],
+) -> Option<Error> {
+    let placed = case.function(radial);
+    let end = case.time.end.value;
+    let moves = |node: &&u32| {
+        let point = &mesh.points[**node as usize];
+        let place = std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0));
+        point[0] == 0.0 && [0.0, 0.37 * end, end].iter().any(|&time| placed.value(place, time) != 0.0)
+    };
+    let node = nodes.iter().find(moves)?;
+    let place = spelled(&mesh.points[*node as usize]);
+    let message = format!("the node at {place} is on the axis of revolution and has no radial displacement");
+    Some(case.error(radial.place, message).hint("use a set without the nodes at x = 0"))
 }
 
 /// The first node at which a function of the case has no finite value at the start.

@@ -38,7 +38,7 @@ pub struct ReportedQuantity {
     pub unit: &'static str,
     /// Meaning, in one sentence without a full stop.
     pub about: &'static str,
-    /// QuantityShape.
+    /// Its components.
     pub components: QuantityShape,
 }
 

@@ -59,11 +59,13 @@ pub struct DofMap<const D: usize> {
     pub held: Held<D>,
     /// One entry for each boundary condition, in the given order.
     pub boundaries: Vec<Prescribed>,
+    /// Local nodes on the axis of revolution, which have no radial motion.
+    axis: Vec<u32>,
 }
 
 impl<const D: usize> DofMap<D> {
-    /// Resolves the boundary conditions on the local mesh. In axisymmetry nodes on the axis have no
-    /// radial displacement.
+    /// Resolves the boundary conditions on the local mesh. In axisymmetry the radial motion of nodes on
+    /// the axis is zero and belongs to no condition.
     ///
     /// If two conditions prescribe the same motion of a degree of freedom, for example at the
     /// intersection of two symmetry planes, it belongs to the first. `same_motion` is called with
@@ -78,11 +80,17 @@ impl<const D: usize> DofMap<D> {
         boundaries: &[DisplacementBoundary<D>],
         same_motion: impl Fn([usize; 2], usize) -> bool,
     ) -> Result<Self> {
+        let is_on_axis = |node: usize| mesh.plane.is_revolved() && mesh.points[node][0] == 0.0;
+        let axis: Vec<u32> =
+            (0..mesh.points.len() as u32).filter(|&node| is_on_axis(node as usize)).collect();
         let mut holder = vec![usize::MAX; mesh.points.len() * D];
         let mut all = Vec::with_capacity(boundaries.len());
         for (number, boundary) in boundaries.iter().enumerate() {
             let mut own = Vec::new();
             for (node, component) in entries(mesh, boundary)? {
+                if component == 0 && is_on_axis(node as usize) {
+                    continue;
+                }
                 let held = &mut holder[node as usize * D + usize::from(component)];
                 if *held == usize::MAX {
                     *held = number;
@@ -95,12 +103,8 @@ impl<const D: usize> DofMap<D> {
             all.push(Prescribed { name: boundary.name.clone(), entries: own });
         }
         let mut along_axes: Vec<bool> = holder.iter().map(|&held| held != usize::MAX).collect();
-        if mesh.plane.is_revolved() {
-            for (held, point) in along_axes.iter_mut().step_by(D).zip(&mesh.points) {
-                *held |= point[0] == 0.0;
-            }
-        }
-        Ok(Self { held: Held::along_axes(along_axes), boundaries: all })
+        axis.iter().for_each(|&node| along_axes[node as usize * D] = true);
+        Ok(Self { held: Held::along_axes(along_axes), boundaries: all, axis })
     }
 
     /// Number of local degrees of freedom, including ghosts.
@@ -113,7 +117,8 @@ impl<const D: usize> DofMap<D> {
         self.held.is_empty()
     }
 
-    /// Writes the prescribed motion to the fields; other entries are unchanged.
+    /// Writes the prescribed motion to the fields, zero on the axis of revolution; other entries are
+    /// unchanged.
     ///
     /// `motion` is called with (boundary, component, reference point \[m\]).
     ///
@@ -125,6 +130,14 @@ impl<const D: usize> DofMap<D> {
         mut motion: impl FnMut(usize, usize, &[f64; D]) -> Result<PrescribedState>,
         fields: PrescribedFields,
     ) -> Result<()> {
+        for &node in &self.axis {
+            let radial = node as usize * D;
+            fields.u[radial] = 0.0;
+            fields.v[radial] = 0.0;
+            if let Some(a) = fields.a.get_mut(radial) {
+                *a = 0.0;
+            }
+        }
         for (number, boundary) in self.boundaries.iter().enumerate() {
             for &(node, component) in &boundary.entries {
                 let component = usize::from(component);

@@ -1,10 +1,11 @@
-//! Checks of `dimension: axisymmetric`: what has no meaning for bodies of revolution, and what they lack.
+//! Checks of `dimension: axisymmetric`: refuses keys that are undefined or not available there.
 
 use super::super::{Action, FreeMotion, PrescribedMotion};
 use super::Check;
 use crate::reader::at::At;
+use crate::reader::quantity::Length;
 
-/// Cure of rotations about an axis across the meridian plane.
+/// Cure of rotations in the meridian plane.
 const NO_TURN: &str = "remove it: a body of revolution moves along its axis y only";
 
 impl Check<'_> {
@@ -32,7 +33,10 @@ impl Check<'_> {
                         self.found.say(name.place, format!("the torque '{}' turns rings", name.value));
                         self.found.cure(NO_TURN);
                     }
-                    Action::Motion(motion) => self.no_rotation(motion),
+                    Action::Motion(motion) => {
+                        self.no_rotation(motion);
+                        self.no_radial_motion(&name.value, motion);
+                    }
                     Action::Force(force) => {
                         if let Some(at) = &force.at {
                             self.found.say(at.place, "a force on rings has no point of action");
@@ -43,21 +47,29 @@ impl Check<'_> {
                 }
             }
         }
+        for tied in case.tied.values() {
+            let is_radial = |offset: &&At<Vec<_>>| offset.first().is_some_and(|x: &Length| x.value != 0.0);
+            let offset = tied.offset.as_ref().filter(is_radial).map(|offset| offset.place);
+            let jump = tied.jump.as_ref().and_then(|jump| jump.as_array()[0]).filter(|x| !x.is_zero());
+            if let Some(place) = offset.or(jump.map(|x| x.place)) {
+                self.found
+                    .say(place, "periodic sides of bodies of revolution are apart along the axis y only");
+                self.found.cure("remove x");
+            }
+        }
         for (name, body) in case.rigid.iter() {
             if let Some(motion) = &body.motion {
                 self.no_rotation(motion);
-                if let Some(x) = motion.components()[0] {
-                    self.found.say(
-                        x.place,
-                        format!(
-                            "the rigid body '{}' would change its radius, which needs strain",
-                            name.value
-                        ),
-                    );
-                    self.found.cure("remove x: a rigid body of revolution moves along its axis y only");
-                }
+                self.no_radial_motion(&name.value, motion);
             }
             body.free.iter().for_each(|free| self.free_ring(&name.value, free));
+        }
+    }
+
+    fn no_radial_motion(&mut self, name: &str, motion: &At<PrescribedMotion>) {
+        if let Some(x) = motion.components()[0].filter(|x| !x.is_zero()) {
+            self.found.say(x.place, format!("the motion of '{name}' changes its radius, which needs strain"));
+            self.found.cure("remove x; on a boundary, write a `displacement`");
         }
     }
 
@@ -78,6 +90,11 @@ impl Check<'_> {
                 format!("the rigid body of revolution '{name}' moves along its axis y only"),
             );
             self.found.cure("write `fixed: [ux, rz]`");
+        }
+        let turns = free.torque.as_ref().map(|torque| torque.place);
+        if let Some(place) = turns.or(free.initial_spin.as_ref().map(|spin| spin.place)) {
+            self.found.say(place, format!("the rigid body of revolution '{name}' does not rotate"));
+            self.found.cure(NO_TURN);
         }
         if let Some(density) = free.density {
             self.found.say(

@@ -129,7 +129,7 @@ fn integrals_move_as_their_variations_say() {
     }
 }
 
-/// So do those over an obstacle, on the deformed and on the undeformed area, in the plane and in
+/// Integrals over an obstacle match their variations, on the deformed and on the undeformed area, in the plane and in
 /// axisymmetry.
 #[test]
 fn integrals_over_an_obstacle_move_as_their_variations_say() {

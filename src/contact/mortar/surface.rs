@@ -239,7 +239,9 @@ impl<const D: usize> VertexSurface<D> {
                 }
             }
         }
-        areas.iter().zip(&self.reference_area).map(|(now, before)| now / before).collect()
+        // A vertex between facets on the axis of revolution has no area.
+        let stretch = |(now, before): (&f64, &f64)| if *before > 0.0 { now / before } else { 1.0 };
+        areas.iter().zip(&self.reference_area).map(stretch).collect()
     }
 
     /// Undeformed sizes around a vertex whose contact carries this share of the tractions.
