@@ -143,14 +143,7 @@ pub fn plane_cases() -> Vec<Case<2>> {
         },
         Case {
             revolved: true,
-            ..new(
-                "rings that slip",
-                Quad4,
-                NH,
-                coulomb(constant(), velocity(1e-3)),
-                // The slip of a vertex is a mean over facets whose areas change.
-                RUBBING | Terms::FRICTION_GEOMETRY,
-            )
+            ..new("rings that slip", Quad4, NH, coulomb(constant(), velocity(1e-3)), RUBBING)
         },
         Case {
             bed: Some(Tri6),
