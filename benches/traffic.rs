@@ -10,15 +10,7 @@ use std::hint::black_box;
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
 
-/// The factors use the lanes of the library.
-use contact_petsc::lanes;
-
-// The tests of the factors are compiled with a benchmark, but run with the library.
-#[allow(dead_code, unused_imports)]
-#[path = "../src/solvers/incomplete.rs"]
-mod incomplete;
-
-use incomplete::{Block, Incomplete, Rows};
+use contact_petsc::solvers::incomplete::{Block, Incomplete, Rows};
 
 /// How often each time is measured.
 const ROUNDS: usize = 30;

@@ -519,10 +519,13 @@ impl<const D: usize> Model<D> {
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat) && !rotates
     }
 
-    /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic or a free rigid body.
+    /// Whether the scheme `conserving` accepts all bodies: none is viscoelastic, a free rigid body or a body
+    /// of revolution.
     pub fn may_conserve(&self) -> bool {
+        let conserves =
+            |material: &BodyMaterial| material.series.is_none() && !material.formulation.plane.is_revolved();
         self.free_bodies().next().is_none()
-            && self.bodies.iter().flat_map(|body| &body.materials).all(|material| material.series.is_none())
+            && self.bodies.iter().flat_map(|body| &body.materials).all(conserves)
     }
 
     /// The free rigid bodies with their names, in the order of their indices.

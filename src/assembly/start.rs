@@ -276,8 +276,8 @@ fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &dyn Shape<D>, apar
 }
 
 /// Component of a normal along the axis of revolution below which a point on the axis cannot move onto the
-/// surface. Such a surface is a tube around the axis or a needle along it; half and twice the value differ
-/// for cones that are steeper than 5 degrees from the axis only.
+/// surface. Such a surface is within 6 degrees of the axis, and the step along the axis would be more than
+/// ten times the gap. Half and twice the value change the result only within 12 degrees of the axis.
 const STEEP: f64 = 0.1;
 
 /// Returns the gaps, with those at the rounding of coordinates set to zero.

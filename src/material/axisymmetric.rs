@@ -6,6 +6,7 @@
 //!
 //! Kernels see all laws as one type, [`Axisymmetric`], and are compiled once for them.
 
+use super::plane_stress::unit_strain;
 use super::{
     Hooke, IsotropicLaw, Law, LawPart, LawTask, Material, MetricLaw, MetricTangent, Moduli, Part,
     PointEnergy, PointLaw, Response,
@@ -284,22 +285,6 @@ impl PackedResponse {
             self.tangent[m][column] = change[m].lanes();
         }
     }
-}
-
-/// The strain of one component, `11, 22, 2 12, 33`, in space.
-#[inline(always)]
-fn unit_strain<L: Lane>(unit: L, component: usize) -> Square<L, 3> {
-    let mut strain = [[unit.constant(0.0); 3]; 3];
-    match component {
-        0 => strain[0][0] = unit,
-        1 => strain[1][1] = unit,
-        2 => {
-            strain[0][1] = unit.constant(0.5);
-            strain[1][0] = strain[0][1];
-        }
-        _ => strain[2][2] = unit,
-    }
-    strain
 }
 
 /// `11, 22, 12, 33` of a symmetric tensor.

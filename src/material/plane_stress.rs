@@ -341,7 +341,7 @@ impl Search {
 
 /// The strain of one component, `11, 22, 2 12, 33`, in space.
 #[inline(always)]
-fn unit_strain<L: Lane>(unit: L, component: usize) -> Square<L, 3> {
+pub(super) fn unit_strain<L: Lane>(unit: L, component: usize) -> Square<L, 3> {
     let mut strain = [[unit.constant(0.0); 3]; 3];
     match component {
         0 => strain[0][0] = unit,

@@ -14,7 +14,7 @@
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 
 /// A block in column order: `block[j][i]` with `i` the row.
-pub(super) type Block<const D: usize> = [[f64; D]; D];
+pub type Block<const D: usize> = [[f64; D]; D];
 
 /// A block as lanes: the rows of each column, and padding.
 type Columns<const D: usize> = [[f64; WIDTH]; D];
@@ -22,8 +22,10 @@ type Columns<const D: usize> = [[f64; WIDTH]; D];
 /// Block pattern of the matrix. Row `i` has the columns `columns[offsets[i]..offsets[i + 1]]`, in
 /// ascending order and including `i`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Rows {
+pub struct Rows {
+    /// Start of each row in `columns`, and the end of the last one.
     pub offsets: Vec<u32>,
+    /// Columns of all rows.
     pub columns: Vec<u32>,
 }
 
@@ -39,7 +41,7 @@ struct Triangle<const D: usize> {
 
 /// The factors.
 #[derive(Debug, Clone)]
-pub(super) struct Incomplete<const D: usize> {
+pub struct Incomplete<const D: usize> {
     lower: Triangle<D>,
     /// Rows and their columns are in descending order.
     upper: Triangle<D>,

@@ -13,7 +13,7 @@ mod filtered_amg;
 mod forcing;
 mod free_motion;
 mod held;
-mod incomplete;
+pub mod incomplete;
 mod kept_tangent;
 mod ladder;
 mod linear;
