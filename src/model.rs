@@ -6,6 +6,7 @@ mod conformity;
 mod intrusion;
 mod meshes;
 mod overlap;
+mod patches;
 mod places;
 pub mod regions;
 mod sets;

@@ -74,6 +74,7 @@ impl<const D: usize> ContactSystem<D> {
             damping: active_damping(self.continuation.damped),
         };
         let solids = &self.bodies.solids;
+        let patches = &self.bodies.patches;
         let elastic = &mut self.bodies.elastic;
         let ties = &mut self.bodies.ties;
         let damped = self.continuation.damped;
@@ -95,6 +96,9 @@ impl<const D: usize> ContactSystem<D> {
                 if let Err(inverted) = solid.add_force(&SolidFields::of(stage, &u, &u_start), internal) {
                     fault.get_or_insert(inverted);
                 }
+            }
+            for patches in patches {
+                patches.add_force(&SolidFields::of(stage, &u, &u_start), internal);
             }
             elastic.evaluate(&u, damped.then_some(&v[..]));
             if let Err(error) = ties.evaluate(&u, times) {

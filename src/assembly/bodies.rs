@@ -13,6 +13,7 @@ use super::elastic::ElasticSupports;
 use super::free_bodies::{FreeBodies, TurnDirection};
 use super::holding::Holding;
 use super::mass::{MassMatrix, Masses, Supported};
+use super::patches::{SolidPatches, patches, pressures};
 use super::pattern::pattern_of_elements;
 use super::pieces::Pieces;
 use super::redistribution::Redistribution;
@@ -120,6 +121,8 @@ pub struct Bodies<const D: usize> {
     pub(super) local: LocalMesh<D>,
     pub(super) extent: Extent,
     pub(super) solids: Vec<SolidElements<D>>,
+    /// Patches of elements with a common pressure.
+    pub(super) patches: Vec<SolidPatches<D>>,
     pub(super) supports: Supports<D>,
     /// Foundations, springs and dashpots.
     pub(super) elastic: ElasticSupports<D>,
@@ -164,7 +167,9 @@ impl<const D: usize> Bodies<D> {
         let pattern = Rc::new(pattern_of_elements(&local));
         let held = &supports.dofs.held;
         let materials = ElementMaterials::new(&model.bodies, &local.mesh);
-        let solids = agree(world, solids(&local, &physics(model), materials.indices(), &pattern, held))?;
+        let physics = physics(model);
+        let solids = agree(world, solids(&local, &physics, materials.indices(), &pattern, held))?;
+        let patches = agree(world, patches(&local, &physics, &pattern, held))?;
         let elastic = ElasticSupports::new(
             &model.elastic_supports,
             &free_rigid.nodes(),
@@ -185,6 +190,7 @@ impl<const D: usize> Bodies<D> {
             local,
             extent,
             solids,
+            patches,
             supports,
             elastic,
             ties,
@@ -221,8 +227,14 @@ impl<const D: usize> Bodies<D> {
             self.mass = Some(MassMatrix::new(&self.session, pattern, &masses, &supported, redistribution)?);
         }
         if self.damped {
-            self.damping =
-                Some(DampingMatrix::new(&self.session, pattern, &self.solids, &supported, redistribution)?);
+            self.damping = Some(DampingMatrix::new(
+                &self.session,
+                pattern,
+                &self.solids,
+                &self.patches,
+                &supported,
+                redistribution,
+            )?);
         }
         Ok(())
     }
@@ -343,10 +355,12 @@ impl<const D: usize> Bodies<D> {
 
     /// Strain energy of this rank's elements at the local displacements `u` \[J\].
     pub fn strain_energy(&self, u: &[f64]) -> f64 {
-        self.solids.iter().map(|solid| self.strain_energy_of(solid, u)).sum()
+        let of_solids: f64 = self.solids.iter().map(|solid| self.strain_energy_of(solid, u)).sum();
+        of_solids + self.patches.iter().map(|patches| patches.energy(u)).sum::<f64>()
     }
 
-    /// Strain energy of this rank's elements of a group at the local displacements `u` \[J\].
+    /// Strain energy of this rank's elements of a group at the local displacements `u` \[J\], without that of
+    /// patches.
     pub(super) fn strain_energy_of(&self, solid: &SolidElements<D>, u: &[f64]) -> f64 {
         let mine = &self.local.mine;
         let base = solid.viscous.as_ref().map_or(0.0, |viscous| viscous.series().base());
@@ -371,10 +385,11 @@ impl<const D: usize> Bodies<D> {
     /// `receive(element, stress)`.
     pub fn element_stress(&self, stage: &Stage, mut receive: impl FnMut(usize, &ElementStress)) {
         let u = stage.trial.u.local();
+        let pressures = pressures(&self.patches, self.local.mesh.element_count(), &u);
         for solid in &self.solids {
             let elements = solid.group.elements();
             let viscous = solid.viscous.as_ref().and_then(|viscous| viscous.at(stage.elapsed()));
-            solid.group.viscous_stress(&u, viscous.as_deref(), |index, stress| {
+            solid.group.full_stress(&u, viscous.as_deref(), &pressures, |index, stress| {
                 receive(elements[index] as usize, stress);
             });
         }

@@ -49,6 +49,9 @@ impl<const D: usize> Bodies<D> {
         let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
         let mine = &self.local.mine;
         let mut sums = vec![BodySums::default(); self.names.len()];
+        for patches in &self.patches {
+            sums[patches.body].strain += patches.energy(&u);
+        }
         for solid in &self.solids {
             let sum = &mut sums[solid.body];
             sum.strain += self.strain_energy_of(solid, &u);

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::forces::SolidFields;
 use super::mass::{RestrictedSlot, Supported, masses_of, restricted};
+use super::patches::SolidPatches;
 use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
 use super::solid::SolidElements;
@@ -32,6 +33,7 @@ impl DampingMatrix {
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
         solids: &[SolidElements<D>],
+        patches: &[SolidPatches<D>],
         supported: &Supported<D>,
         redistribution: Option<&Redistribution>,
     ) -> Result<Self> {
@@ -41,6 +43,13 @@ impl DampingMatrix {
         let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
         let filled = matrix.fill(|values| {
             values.zero();
+            for patches in patches {
+                if let Some(rayleigh) = patches.damping.filter(|rayleigh| rayleigh.stiffness > 0.0) {
+                    let factor = rayleigh.stiffness;
+                    let mut sink = ScaledSink { map: &patches.map, values, factor, scaled: Vec::new() };
+                    patches.evaluate(&undeformed, Request { stiffness: Some(Terms::MATERIAL) }, &mut sink);
+                }
+            }
             for (solid, rayleigh) in damped {
                 if rayleigh.mass > 0.0 {
                     masses_of(solid, redistribution, |slot, mass| {

@@ -24,6 +24,7 @@ mod mass;
 mod memory;
 mod observed;
 mod pair;
+mod patches;
 mod pattern;
 mod phases;
 mod pieces;

@@ -4,12 +4,14 @@ use crate::mesh::Mesh;
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 
-/// All pairs of nodes that share an assembled element or a tie, for the rows that this rank owns.
+/// All pairs of nodes that share an assembled element, a patch or a tie, for the rows that this rank owns.
 pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern {
     let LocalMesh { mesh, index, assembled, .. } = local;
     let touching = elements_at_nodes(mesh, *assembled, index.owned);
-    let tied = ties_at_nodes(mesh, index.owned);
+    let tied = at_nodes(mesh.ties.iter().map(|tie| tie.nodes.as_slice()), index.owned);
     let mut of_node = tied.as_slice();
+    let shared = at_nodes(mesh.patches.iter().map(|patch| patch.nodes.as_slice()), index.owned);
+    let mut patches_of_node = shared.as_slice();
     let mut row_offsets = Vec::with_capacity(index.owned + 1);
     let mut columns = Vec::new();
     let mut row: Vec<i32> = Vec::new();
@@ -27,6 +29,11 @@ pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern
             row.extend(mesh.ties[tie as usize].nodes.iter().map(|&other| index.global(other)));
         }
         of_node = &of_node[ties..];
+        let patches = patches_of_node.partition_point(|(at, _)| *at as usize <= node);
+        for &(_, patch) in &patches_of_node[..patches] {
+            row.extend(mesh.patches[patch as usize].nodes.iter().map(|&other| index.global(other)));
+        }
+        patches_of_node = &patches_of_node[patches..];
         row.sort_unstable();
         row.dedup();
         columns.extend_from_slice(&row);
@@ -36,13 +43,13 @@ pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern
     BlockPattern { block_size: D, first_row: index.first, row_offsets, columns, places }
 }
 
-/// Owned nodes with the numbers of their ties, ascending.
-fn ties_at_nodes<const D: usize>(mesh: &Mesh<D>, owned: usize) -> Vec<(u32, u32)> {
+/// Owned nodes with the numbers of the lists that have them, ascending, each pair once.
+fn at_nodes<'a>(lists: impl Iterator<Item = &'a [u32]>, owned: usize) -> Vec<(u32, u32)> {
     let owned = |node: &u32| (*node as usize) < owned;
-    let pairs =
-        (0..).zip(&mesh.ties).flat_map(|(number, tie)| tie.nodes.iter().map(move |&node| (node, number)));
+    let pairs = (0..).zip(lists).flat_map(|(number, nodes)| nodes.iter().map(move |&node| (node, number)));
     let mut pairs: Vec<(u32, u32)> = pairs.filter(|(node, _)| owned(node)).collect();
     pairs.sort_unstable();
+    pairs.dedup();
     pairs
 }
 

@@ -175,6 +175,7 @@ impl<const D: usize> ContactSystem<D> {
         let pattern = Rc::new(pattern);
         let index = &self.bodies.local.index;
         self.bodies.solids.iter_mut().for_each(|solid| solid.map.relocate(&pattern, index));
+        self.bodies.patches.iter_mut().for_each(|patches| patches.map.relocate(&pattern, index));
         self.external.relocate(&pattern, index);
         self.bodies.elastic.relocate(&pattern, index);
         self.bodies.ties.relocate(&pattern, index);

@@ -48,6 +48,7 @@ impl<const D: usize> ContactSystem<D> {
         let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
         let held = self.bodies.held();
         let solids = &self.bodies.solids;
+        let patches = &self.bodies.patches;
         let elastic = &self.bodies.elastic;
         let ties = &self.bodies.ties;
         let of_dashpots = if self.continuation.damped { Terms::DAMPING } else { Terms::empty() };
@@ -112,6 +113,11 @@ impl<const D: usize> ContactSystem<D> {
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
                     let done = solid.add_stiffness(&at, terms, held, values, lift);
                     inverted = inverted.and(done);
+                }
+                for patches in patches {
+                    let at = SolidFields::of(stage, &u, &u_start);
+                    let lift = lift.as_mut().map(LiftTarget::reborrow);
+                    patches.add_stiffness(&at, terms, held, values, lift);
                 }
                 if !of_elastic.is_empty() && !elastic.is_empty() {
                     let lift = lift.as_mut().map(LiftTarget::reborrow);

@@ -265,14 +265,11 @@ impl Element {
     /// Whether a treatment of locking applies.
     pub fn offers(self, cure: Locking) -> bool {
         match cure {
-            Locking::Auto | Locking::None => true,
+            Locking::Auto | Locking::None | Locking::MeanDilatation => true,
             Locking::SelectiveReduced => !matches!(
                 self,
                 Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6 | Self::Pyramid5
             ),
-            Locking::MeanDilatation => {
-                !matches!(self, Self::Tri3 | Self::Tet4 | Self::Wedge6 | Self::Pyramid5)
-            }
         }
     }
 }
@@ -309,10 +306,9 @@ tagged!(Plane, "state across the plane");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Locking")]
 pub enum Locking {
-    /// `selective_reduced` on quadrilaterals and hexahedra if Poisson's ratio is at least 0.45,
-    /// otherwise `none`; `none` under plane stress, where the thickness is free. Triangles, tetrahedra,
-    /// wedges and pyramids do not support it: at such a
-    /// ratio tri3, tet4, wedge6 and pyramid5 cause a warning.
+    /// If Poisson's ratio is at least 0.45: `selective_reduced` on quadrilaterals and hexahedra,
+    /// `mean_dilatation` on tri3, tet4, wedge6 and pyramid5. Otherwise `none`, also on tri6 and tet10;
+    /// `none` under plane stress, where the thickness is free.
     #[default]
     Auto,
     /// Full integration.
@@ -321,8 +317,9 @@ pub enum Locking {
     /// all points; for quadrilaterals and hexahedra.
     SelectiveReduced,
     /// Mixed formulation: the volumetric energy at the mean dilatation of each element, or at its best
-    /// linear fit, with a discontinuous pressure that is condensed. For all elements except tri3,
-    /// tet4, wedge6 and pyramid5, up to a Poisson's ratio of 0.4999.
+    /// linear fit, with a discontinuous pressure that is condensed. On tri3, tet4, wedge6 and pyramid5
+    /// at the mean of a patch of about three triangles or eleven tetrahedra. For all elements, up to a
+    /// Poisson's ratio of 0.4999.
     MeanDilatation,
 }
 tagged!(Locking, "cure for locking");
@@ -339,17 +336,8 @@ impl Locking {
     }
 
     /// What to do if an element does not support this treatment.
-    pub fn cure(self) -> &'static str {
-        match self {
-            Self::MeanDilatation => {
-                "linear triangles, tetrahedra, wedges and pyramids lock even with one value of the volume per element; use \
-                 tri6 or tet10, quadrilaterals or hexahedra"
-            }
-            _ => {
-                "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or change the element"
-            }
-        }
-    }
+    pub const CURE: &'static str =
+        "remove `locking`, or write mean_dilatation: selective_reduced is for quadrilaterals and hexahedra";
 }
 
 /// Mass matrix.

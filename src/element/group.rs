@@ -4,7 +4,7 @@ use super::kinematics::{DilatationSpace, VolumeRule};
 use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::lanes::WIDTH;
-use crate::material::{Material, Moduli, Part, PlaneStress};
+use crate::material::{Material, Moduli, Part, PlaneStress, VolumeLaw, Volumetric};
 use crate::mesh::{ElementKind, Mesh, PlaneState, spelled};
 use crate::space::{Rule, ShapeTable, reference};
 
@@ -50,6 +50,20 @@ impl Formulation {
             (PlaneState::Stress, Locking::Auto) => Locking::None,
             _ => self.locking.on(kind, &self.moduli()),
         }
+    }
+
+    /// Whether elements of `kind` share their pressure with others of a patch.
+    pub fn shares_pressure(&self, kind: ElementKind) -> bool {
+        self.cure(kind).shares_pressure(kind)
+    }
+
+    /// The volumetric energy.
+    pub(super) fn volume_law(&self) -> VolumeLaw {
+        let form = match self.kinematics {
+            Kinematics::Linear => Volumetric::SmallTrace,
+            Kinematics::Finite => self.material.volumetric(),
+        };
+        VolumeLaw { form, lambda: self.moduli().lambda }
     }
 }
 
@@ -111,7 +125,7 @@ pub struct ElementGroup<const D: usize> {
     /// Reference positions `[batch * N + a][i][lane]` \[m\].
     pub(super) points: Vec<[[f64; WIDTH]; D]>,
     /// The first pass uses the full rule. A second pass integrates the volume terms if locking is
-    /// treated.
+    /// treated within each element; those of patches belong to a [`PatchGroup`](super::PatchGroup).
     pub(super) passes: Vec<Pass>,
 }
 
@@ -240,11 +254,13 @@ fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
     std::array::from_fn(|i| points.iter().map(|point| point[i]).sum::<f64>() / points.len() as f64)
 }
 
-/// One pass with all terms, or one with the shear terms and one with the volume terms.
+/// One pass with all terms, or one with the shear terms and, if the elements have volume terms of their own,
+/// one with these.
 pub(super) fn passes(kind: ElementKind, rule: VolumeRule) -> Vec<Pass> {
     let full = reference(kind).full_rule();
     let second = match rule {
         VolumeRule::Full => return vec![Pass::new(kind, full, Part::Whole)],
+        VolumeRule::Patches => return vec![Pass::new(kind, full, Part::Shear)],
         VolumeRule::Mean => Pass::mean(kind, Part::Volume),
         VolumeRule::Projected(space) => {
             Pass { sampling: Sampling::Projected(space), ..Pass::new(kind, full, Part::Volume) }

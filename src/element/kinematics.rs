@@ -20,8 +20,9 @@ pub enum Kinematics {
 /// Treatment of locking for nearly incompressible materials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Locking {
-    /// [`SelectiveReduced`](Self::SelectiveReduced) for a Poisson's ratio of at least [`LOCKS`] on
-    /// elements that support it, otherwise [`None`](Self::None).
+    /// For a Poisson's ratio of at least [`LOCKS`]: [`SelectiveReduced`](Self::SelectiveReduced) on
+    /// elements that support it, [`MeanDilatation`](Self::MeanDilatation) on elements in patches.
+    /// Otherwise [`None`](Self::None).
     #[default]
     Auto,
     /// Full integration of all terms.
@@ -37,7 +38,8 @@ pub enum Locking {
     SelectiveReduced,
     /// Volume terms at the projection of the dilatation on the constant or linear functions of each
     /// element (theory, section 3.8), which is a mixed formulation with a discontinuous pressure
-    /// that is condensed. The method is variational, so the tangent stays symmetric.
+    /// that is condensed. On tri3, tet4, wedge6 and pyramid5 the dilatation is projected on the constants of
+    /// a patch of elements. The method is variational, so the tangent stays symmetric.
     MeanDilatation,
 }
 
@@ -57,8 +59,8 @@ impl Locking {
         (
             Self::Auto,
             "auto",
-            "selective_reduced at a Poisson's ratio of 0.45 or more if the elements support it, otherwise \
-             none",
+            "at a Poisson's ratio of 0.45 or more selective_reduced on quads and hexes, mean_dilatation on tri3, \
+             tet4, wedge6 and pyramid5; otherwise none",
         ),
         (Self::None, "none", "full integration"),
         (
@@ -70,8 +72,8 @@ impl Locking {
         (
             Self::MeanDilatation,
             "mean_dilatation",
-            "mixed formulation with a discontinuous pressure, constant or linear in each element, which is \
-             condensed (all except tri3, tet4, wedge6 and pyramid5)",
+            "mixed formulation with a discontinuous pressure, which is condensed: constant or linear in each \
+             element, on tri3, tet4, wedge6 and pyramid5 constant in patches of elements",
         ),
     ];
 
@@ -83,7 +85,9 @@ impl Locking {
     /// The treatment of elements of `kind` with these moduli: never [`Auto`](Self::Auto).
     pub fn on(self, kind: ElementKind, moduli: &Moduli<f64>) -> Self {
         match self {
-            Self::Auto if locks(moduli) && Self::SelectiveReduced.offered(kind) => Self::SelectiveReduced,
+            Self::Auto if !locks(moduli) => Self::None,
+            Self::Auto if Self::SelectiveReduced.offered(kind) => Self::SelectiveReduced,
+            Self::Auto if Self::MeanDilatation.shares_pressure(kind) => Self::MeanDilatation,
             Self::Auto => Self::None,
             chosen => chosen,
         }
@@ -113,15 +117,23 @@ impl Locking {
             (Self::MeanDilatation, ElementKind::Quad9 | ElementKind::Hex27) => {
                 Ok(VolumeRule::Projected(DilatationSpace::Linear))
             }
-            (Self::MeanDilatation, _) => {
-                let cure = "use tri6 or tet10, quadrilaterals or hexahedra";
-                Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
+            (
+                Self::MeanDilatation,
+                ElementKind::Tri3 | ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5,
+            ) => Ok(VolumeRule::Patches),
+            (Self::MeanDilatation, ElementKind::Line2 | ElementKind::Line3) => {
+                Err(Error::internal("a treatment of locking on facets"))
             }
             (Self::SelectiveReduced, _) => {
-                let cure = "use locking: auto or none, or quads and hexes";
+                let cure = "use locking: auto or mean_dilatation, or quads and hexes";
                 Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
             }
         }
+    }
+
+    /// Whether elements of `kind` share a pressure with others of a patch.
+    pub(super) fn shares_pressure(self, kind: ElementKind) -> bool {
+        matches!(self.volume_rule(kind), Ok(VolumeRule::Patches))
     }
 
     /// Whether elements of `kind` support this treatment.
@@ -165,6 +177,8 @@ pub(super) enum VolumeRule {
     Of(ElementKind),
     /// The full rule, with a projected dilatation.
     Projected(DilatationSpace),
+    /// The points of all elements of a patch, with their mean dilatation. The group has no volume terms.
+    Patches,
 }
 
 /// `sum_a v_a (x) s_a`. With the slopes `dN_a/dxi` and node positions it is `dX/dxi` \[m\], with

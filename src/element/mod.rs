@@ -14,6 +14,7 @@ mod group;
 mod kinematics;
 mod loads;
 mod mass;
+mod patches;
 mod projection;
 mod solid;
 mod step;
@@ -27,6 +28,7 @@ mod workspace;
 pub use group::{ElementGroup, Formulation};
 pub use kinematics::{Kinematics, LOCKS, Locking, locks};
 pub use loads::{Configuration, LoadedLine, LoadedSurface};
+pub use patches::PatchGroup;
 pub use stress::{Cauchy, CauchyState, ElementStress};
 pub use viscous::{ViscousEnergies, ViscousHistory, components};
 

@@ -2,9 +2,8 @@
 //! the points of the full rule (theory, section 3.8).
 
 use super::group::{ElementGroup, Pass, Sampling};
-use super::kinematics::Kinematics;
 use crate::lanes::{Lane, Real};
-use crate::material::{VolumeLaw, Volumetric};
+use crate::material::VolumeLaw;
 use crate::square::Row;
 
 /// Most functions of a space.
@@ -13,11 +12,7 @@ const MOST: usize = 4;
 impl<const D: usize> ElementGroup<D> {
     /// The volumetric energy of the law.
     pub(super) fn volume_law(&self) -> VolumeLaw {
-        let form = match self.formulation.kinematics {
-            Kinematics::Linear => Volumetric::SmallTrace,
-            Kinematics::Finite => self.formulation.material.volumetric(),
-        };
-        VolumeLaw { form, lambda: self.formulation.moduli().lambda }
+        self.formulation.volume_law()
     }
 }
 

@@ -104,14 +104,16 @@ impl<const D: usize> ElementGroup<D> {
     /// If volume terms have a separate rule, their stress is fitted on that rule and added at every
     /// point. The stress of a projected dilatation is the pressure of the forces.
     pub fn stress(&self, u: &[f64], receive: impl FnMut(usize, &ElementStress)) {
-        self.viscous_stress(u, None, receive);
+        self.full_stress(u, None, &[], receive);
     }
 
-    /// Like [`stress`](Self::stress) with the stress of a Prony series.
-    pub fn viscous_stress(
+    /// Like [`stress`](Self::stress) with the stress of a Prony series, and with that of the pressures of
+    /// patches, which are given by the number of the element in the mesh \[Pa\].
+    pub fn full_stress(
         &self,
         u: &[f64],
         viscous: Option<&Overstress>,
+        of_patches: &[f64],
         mut receive: impl FnMut(usize, &ElementStress),
     ) {
         let fits: Vec<_> =
@@ -124,8 +126,10 @@ impl<const D: usize> ElementGroup<D> {
         let mut pressures = Vec::new();
         let plane_stress = self.formulation.plane_stress();
         let plane_stress = plane_stress.as_ref();
+        let is_patched = self.formulation.shares_pressure(self.kind);
         for index in 0..self.elements.len() {
             element.load(self, index, u);
+            let pressure = of_patches.get(self.elements[index] as usize).filter(|_| is_patched);
             stress.points.clear();
             stress.points.resize(self.passes[0].table.points, CauchyState::default());
             stress.nodes.clear();
@@ -149,6 +153,9 @@ impl<const D: usize> ElementGroup<D> {
                     } else {
                         self.state(pass.part, &grad_u, added, plane_stress)
                     };
+                    if let Some(&pressure) = pressure {
+                        state.add(1.0, &volume_state(&law, &grad_u, pressure));
+                    }
                     if number > 0 {
                         // The first pass already includes the volume ratio.
                         state.det_f = 0.0;

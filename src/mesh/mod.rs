@@ -14,6 +14,7 @@ mod lines;
 mod measure;
 mod merge;
 mod numbering;
+mod patch;
 mod plane_state;
 mod room;
 mod source;
@@ -32,6 +33,7 @@ pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use lines::Edge;
 pub use merge::merge;
+pub use patch::{ElementPatch, element_patches};
 pub use plane_state::PlaneState;
 pub use room::require_room;
 pub use source::MeshFile;
@@ -86,6 +88,8 @@ pub struct Mesh<const D: usize> {
     pub element_sets: BTreeMap<String, Vec<u32>>,
     /// Ties of its surfaces.
     pub ties: Vec<Tie>,
+    /// Patches of elements that share a pressure.
+    pub patches: Vec<ElementPatch>,
     /// State across the plane, in two dimensions.
     pub plane: PlaneState,
 }
@@ -110,6 +114,7 @@ impl<const D: usize> Mesh<D> {
             point_sets: BTreeMap::new(),
             element_sets: BTreeMap::new(),
             ties: Vec::new(),
+            patches: Vec::new(),
             plane: PlaneState::default(),
         }
     }

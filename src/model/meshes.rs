@@ -148,7 +148,7 @@ fn file_body<const D: usize>(
     let locking = body.locking.value;
     if let Some(kind) = mesh.kinds.iter().find(|kind| !super::build::locking(locking).offered(**kind)) {
         let message = format!("'{name}' has {kind} elements, which do not support {}", locking.name());
-        return Err(case.error(file.file.place, message).hint(locking.cure()));
+        return Err(case.error(file.file.place, message).hint(case::Locking::CURE));
     }
     let source = MeshOrigin::File(&source);
     require_sound_curves(&mesh, &source)?;

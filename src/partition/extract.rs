@@ -8,7 +8,7 @@ use super::metis::partition;
 use super::ownership::owners;
 use super::{IndexMap, LocalMesh, Plan, Quality};
 use crate::error::{Error, Result};
-use crate::mesh::{Facet, Mesh, Tie};
+use crate::mesh::{ElementPatch, Facet, Mesh, Tie};
 
 /// The whole mesh with the ownership of nodes and elements; on rank 0 only.
 pub(super) struct Cut<const D: usize> {
@@ -18,6 +18,8 @@ pub(super) struct Cut<const D: usize> {
     touching: Lists<u32>,
     /// Ties of each node.
     tying: Lists<u32>,
+    /// Patch of each element; empty without patches.
+    patch_of: Vec<u32>,
     /// Nodes of each rank in their final order.
     owned: Lists<u32>,
     /// Elements of each rank.
@@ -44,7 +46,7 @@ struct Sets {
     elements: Lists<u32>,
 }
 
-/// Marks nodes that are not local.
+/// Marks nodes that are not local, and elements in no patch.
 const NOWHERE: u32 = u32::MAX;
 
 impl<const D: usize> Cut<D> {
@@ -77,17 +79,31 @@ impl<const D: usize> Cut<D> {
         let ties = (0..).zip(&mesh.ties);
         let tied = ties.flat_map(|(number, tie)| tie.nodes.iter().map(move |&node| (node, number)));
         let tying = Lists::collect(mesh.points.len(), tied);
+        let patch_of = patch_of_elements(&mesh);
         let own_elements = Lists::collect(parts, (0..).zip(&part).map(|(element, &rank)| (rank, element)));
         let sets = Sets::new(&mesh);
         let local_of = vec![NOWHERE; mesh.points.len()];
-        Ok(Self { mesh, part, touching, tying, owned, own_elements, global, sets, local_of, quality })
+        Ok(Self {
+            mesh,
+            part,
+            touching,
+            tying,
+            patch_of,
+            owned,
+            own_elements,
+            global,
+            sets,
+            local_of,
+            quality,
+        })
     }
 
     /// The local mesh of a rank.
     pub fn local(&mut self, rank: u32) -> LocalMesh<D> {
         let (input_element, assembled) = self.elements_of(rank);
         let ties = self.ties_of(rank);
-        let input_node = self.number_nodes(rank, &input_element, &ties);
+        let patches = self.patches_of(&input_element);
+        let input_node = self.number_nodes(rank, &input_element, &ties, &patches);
         let mut mesh =
             Mesh::with_points(input_node.iter().map(|&node| self.mesh.points[node as usize]).collect());
         mesh.plane = self.mesh.plane;
@@ -106,6 +122,7 @@ impl<const D: usize> Cut<D> {
             Tie { nodes: tie.nodes.iter().map(number).collect(), ..tie.clone() }
         };
         mesh.ties = ties.iter().map(tie).collect();
+        mesh.patches = self.local_patches(&patches, &input_element);
         self.sets.restrict(&input_node, &input_element, &mut mesh);
         input_node.iter().for_each(|&node| self.local_of[node as usize] = NOWHERE);
         let owned = self.owned.get(rank).len();
@@ -128,15 +145,48 @@ impl<const D: usize> Cut<D> {
         ties
     }
 
-    /// Numbers the rank's nodes, owned ones first, then the ghosts at its elements and ties. Returns
-    /// their input numbers.
-    fn number_nodes(&mut self, rank: u32, elements: &[u32], ties: &[u32]) -> Vec<u32> {
+    /// Patches of local elements, ascending.
+    fn patches_of(&self, elements: &[u32]) -> Vec<u32> {
+        let known = elements.iter().filter_map(|&element| self.patch_of.get(element as usize));
+        let mut patches: Vec<u32> = known.copied().filter(|&patch| patch != NOWHERE).collect();
+        patches.sort_unstable();
+        patches.dedup();
+        patches
+    }
+
+    /// Patches in local numbers.
+    fn local_patches(&self, patches: &[u32], elements: &[u32]) -> Vec<ElementPatch> {
+        if patches.is_empty() {
+            return Vec::new();
+        }
+        let mut sorted: Vec<(u32, u32)> = elements.iter().copied().zip(0..).collect();
+        sorted.sort_unstable();
+        let element = |wanted: &u32| {
+            let found = sorted.binary_search_by_key(wanted, |(input, _)| *input);
+            found.map_or(ElementPatch::ELSEWHERE, |place| sorted[place].1)
+        };
+        let local = |&patch: &u32| {
+            let patch = &self.mesh.patches[patch as usize];
+            let node = |&node: &u32| self.local_of[node as usize];
+            ElementPatch {
+                elements: patch.elements.iter().map(element).collect(),
+                nodes: patch.nodes.iter().map(node).collect(),
+                ..patch.clone()
+            }
+        };
+        patches.iter().map(local).collect()
+    }
+
+    /// Numbers the rank's nodes, owned ones first, then the ghosts at its elements, ties and patches.
+    /// Returns their input numbers.
+    fn number_nodes(&mut self, rank: u32, elements: &[u32], ties: &[u32], patches: &[u32]) -> Vec<u32> {
         let mut nodes = self.owned.get(rank).to_vec();
         nodes.iter().for_each(|&node| self.local_of[node as usize] = 0);
         let owned = nodes.len();
         let at_elements = elements.iter().flat_map(|&element| self.mesh.element_nodes(element as usize));
         let at_ties = ties.iter().flat_map(|&tie| &self.mesh.ties[tie as usize].nodes);
-        for &node in at_elements.chain(at_ties) {
+        let in_patches = patches.iter().flat_map(|&patch| &self.mesh.patches[patch as usize].nodes);
+        for &node in at_elements.chain(at_ties).chain(in_patches) {
             if std::mem::replace(&mut self.local_of[node as usize], 0) == NOWHERE {
                 nodes.push(node);
             }
@@ -216,6 +266,18 @@ fn named<T>(names: &[String], sets: Vec<Vec<T>>) -> BTreeMap<String, Vec<T>> {
 fn node_element_pairs<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = (u32, u32)> + Clone + '_ {
     let of = |element: u32| mesh.element_nodes(element as usize).iter().map(move |&node| (node, element));
     (0..mesh.element_count() as u32).flat_map(of)
+}
+
+/// Patch of each element, [`NOWHERE`] for elements in no patch; empty without patches.
+fn patch_of_elements<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
+    if mesh.patches.is_empty() {
+        return Vec::new();
+    }
+    let mut patch_of = vec![NOWHERE; mesh.element_count()];
+    for (number, patch) in (0..).zip(&mesh.patches) {
+        patch.elements.iter().for_each(|&element| patch_of[element as usize] = number);
+    }
+    patch_of
 }
 
 fn check<const D: usize>(mesh: &Mesh<D>) -> Result<()> {

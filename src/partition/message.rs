@@ -7,7 +7,7 @@ use mpi::traits::{CommunicatorCollectives, Destination, Source};
 
 use super::{IndexMap, LocalMesh};
 use crate::error::{Error, Result};
-use crate::mesh::{ElementKind, Facet, Mesh, PlaneState, Tie};
+use crate::mesh::{ElementKind, ElementPatch, Facet, Mesh, PlaneState, Tie};
 
 /// Items in one MPI message. MPI counts with 32 bits, and a buffer may have more items.
 const CHUNK: usize = 1 << 27;
@@ -48,6 +48,13 @@ impl Message {
             message.list(tie.nodes.iter().copied());
             message.reals.extend(&tie.weights);
             message.reals.extend([tie.area, tie.stiffness, tie.element_stiffness]);
+        }
+        message.integers.push(mesh.patches.len() as u32);
+        for patch in &mesh.patches {
+            message.integers.extend([u32::from(patch.body), patch.material]);
+            message.list(patch.elements.iter().copied());
+            message.list(patch.kinds.iter().map(|&kind| kind as u32));
+            message.list(patch.nodes.iter().copied());
         }
         message
     }
@@ -175,6 +182,14 @@ impl<'a> Reader<'a> {
             let weights = weights.to_vec();
             mesh.ties.push(Tie { pair, nodes, weights, contactor, area, stiffness, element_stiffness });
         }
+        for _ in 0..self.number()? {
+            let (body, material) = (self.number()? as u16, self.number()?);
+            let elements = self.list()?.to_vec();
+            let kinds = self.list()?.iter().map(|&kind| ElementKind::ALL.get(kind as usize).copied());
+            let kinds = kinds.collect::<Option<_>>()?;
+            let nodes = self.list()?.to_vec();
+            mesh.patches.push(ElementPatch { body, material, elements, kinds, nodes });
+        }
         let whole = self.integers.is_empty() && reals.is_empty();
         whole.then_some(LocalMesh { mesh, assembled, mine, index, input_node, input_element })
     }
@@ -205,6 +220,13 @@ mod tests {
             element_stiffness: 4.0,
         };
         mesh.ties = vec![of(vec![0, 4], 0.5), of(vec![1, 2, 3], 0.25)];
+        mesh.patches = vec![ElementPatch {
+            body: 1,
+            material: 2,
+            elements: vec![1, ElementPatch::ELSEWHERE],
+            kinds: vec![ElementKind::Tri3; 2],
+            nodes: vec![1, 4, 2, 0, 1, 2],
+        }];
         let index = IndexMap { first: 7, owned: 3, ghosts: vec![1, 12], total: 20 };
         LocalMesh {
             mesh,

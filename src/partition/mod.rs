@@ -68,7 +68,7 @@ pub struct LocalMesh<const D: usize> {
     /// - Nodes: owned nodes first, then ghosts by ascending global number.
     /// - Elements: those that touch an owned node first, then the rank's other elements.
     ///
-    /// All ties of the owned nodes are local.
+    /// All ties of the owned nodes and all patches of the local elements are local, and so are their nodes.
     ///
     /// Every named set exists on every rank, restricted to its local members. Each set of facets or
     /// elements also exists as a set of points with all its local nodes. This includes nodes that

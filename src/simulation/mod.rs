@@ -160,6 +160,7 @@ fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D
     let ties = mesh.as_mut().map_or(Ok(Vec::new()), |mesh| model.add_ties(case, mesh));
     remarks.iter_mut().zip([agree(world, ties)?]).for_each(|(all, more)| all.extend(more));
     if let Some(mesh) = &mut mesh {
+        model.add_patches(mesh);
         plan.loose_nodes = model.add_pose_nodes(mesh);
     }
     let (local, partition) = distribute(world, mesh, &plan)?;

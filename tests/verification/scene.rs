@@ -131,7 +131,8 @@ pub struct Scene<const D: usize> {
 impl<const D: usize> Scene<D> {
     /// Distributes the mesh over all ranks and builds the system. Collective.
     pub fn new(session: &Rc<Session>, mesh: Mesh<D>, model: &Model<D>, options: SystemOptions) -> Self {
-        let mesh = (session.rank() == 0).then_some(mesh);
+        let mut mesh = (session.rank() == 0).then_some(mesh);
+        mesh.iter_mut().for_each(|mesh| model.add_patches(mesh));
         let (local, _) = distribute(session.world(), mesh, &Plan::default()).expect("a partition");
         let system = ContactSystem::new(session, local, model, options).expect("a system");
         let stage = Stage::at_rest(system.pattern_vector()).expect("a stage");

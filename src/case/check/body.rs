@@ -183,7 +183,7 @@ impl Check<'_> {
         }
         if !element.value.offers(locking) {
             self.found.say(element.place, format!("{name} does not support {}", locking.name()));
-            self.found.cure(locking.cure());
+            self.found.cure(Locking::CURE);
         }
     }
 }

@@ -16,10 +16,10 @@ fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         let everyone = vec![true; mesh.element_count()];
         let energy_of = |index: usize| {
             let mine: Vec<bool> = (0..everyone.len()).map(|element| element == index).collect();
-            whole.strain_energy(&u, &mine)
+            whole.group.strain_energy(&u, &mine)
         };
         let (energy, parts) =
-            (whole.strain_energy(&u, &everyone), (0..everyone.len()).map(energy_of).sum::<f64>());
+            (whole.group.strain_energy(&u, &everyone), (0..everyone.len()).map(energy_of).sum::<f64>());
         assert!(energy > 0.0 && (energy - parts).abs() < 1e-13 * energy, "{kind}: {energy} is not {parts}");
         for index in 0..mesh.element_count() {
             let alone = ElementGroup::new(mesh, vec![index as u32], formulation).unwrap();

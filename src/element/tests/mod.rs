@@ -12,9 +12,10 @@ mod viscous;
 
 use super::*;
 use crate::material::{Hooke, MATERIALS, Material, Moduli, NeoHookean, Part, Potential};
-use crate::mesh::{BoxShape, ElementKind, Facet, Mesh, PlaneState};
+use crate::mesh::{BoxShape, ElementKind, Facet, Mesh, PlaneState, element_patches};
 use crate::taylor::{scatter, taylor_rate};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 const MODULI: Moduli<f64> = Moduli { lambda: 1.7, mu: 0.6 };
 
@@ -78,8 +79,75 @@ fn neo_hookean() -> Material {
     Material::with_moduli("neo_hookean", MODULI).unwrap()
 }
 
-fn group<const D: usize>(mesh: &Mesh<D>, formulation: Formulation) -> ElementGroup<D> {
-    ElementGroup::new(mesh, (0..mesh.element_count() as u32).collect(), formulation).unwrap()
+/// The elements of a mesh with their patches.
+struct Solid<const D: usize> {
+    group: ElementGroup<D>,
+    patches: Vec<PatchGroup<D>>,
+}
+
+impl<const D: usize> std::ops::Deref for Solid<D> {
+    type Target = ElementGroup<D>;
+    fn deref(&self) -> &ElementGroup<D> {
+        &self.group
+    }
+}
+
+impl<const D: usize> Solid<D> {
+    fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
+        let of_patches = self.patches.iter().map(|patches| patches.energy(u, &vec![true; patches.len()]));
+        of_patches.fold(self.group.strain_energy(u, mine), |sum, energy| sum + energy)
+    }
+
+    fn stress(&self, u: &[f64], receive: impl FnMut(usize, &ElementStress)) {
+        let mut pressures = vec![0.0; self.group.elements().len()];
+        for patches in &self.patches {
+            patches.pressures(u, |element, pressure| pressures[element as usize] = pressure);
+        }
+        self.group.full_stress(u, None, &pressures, receive);
+    }
+
+    /// Force and stiffness, with those over a step from `start`, if it is given.
+    fn assemble(
+        &self,
+        mesh: &Mesh<D>,
+        start: Option<&[f64]>,
+        u: &[f64],
+        terms: Terms,
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let request = Request { stiffness: Some(terms) };
+        let nodes = |index| mesh.element_nodes(self.group.elements()[index] as usize).to_vec();
+        let mut sink = Dense::new(mesh, &nodes);
+        match start {
+            None => self.group.evaluate(u, request, &mut sink).unwrap(),
+            Some(start) => self.group.evaluate_step(start, u, request, &mut sink).unwrap(),
+        }
+        let mut sums = (sink.force, sink.stiffness);
+        for patches in &self.patches {
+            let nodes = |index| patches.nodes()[index * patches.width()..][..patches.width()].to_vec();
+            let mut sink = Dense::new(mesh, &nodes);
+            match start {
+                None => patches.evaluate(u, request, &mut sink),
+                Some(start) => patches.evaluate_step(start, u, request, &mut sink),
+            }
+            sums.0 += sink.force;
+            sums.1 += sink.stiffness;
+        }
+        sums
+    }
+}
+
+fn group<const D: usize>(mesh: &Mesh<D>, formulation: Formulation) -> Solid<D> {
+    let group = ElementGroup::new(mesh, (0..mesh.element_count() as u32).collect(), formulation).unwrap();
+    let mut mesh = mesh.clone();
+    let label = |kind: &ElementKind| formulation.shares_pressure(*kind).then_some((0, 0));
+    let labels: Vec<_> = mesh.kinds.iter().map(label).collect();
+    mesh.patches = element_patches(&mesh, &labels);
+    let mut by_width: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for (number, patch) in (0..).zip(&mesh.patches) {
+        by_width.entry(PatchGroup::<D>::nodes_of(patch).len()).or_default().push(number);
+    }
+    let patches = by_width.values().map(|numbers| PatchGroup::new(&mesh, numbers, formulation).unwrap());
+    Solid { group, patches: patches.collect() }
 }
 
 fn variants(kind: ElementKind) -> Vec<Formulation> {
@@ -99,14 +167,11 @@ fn variants(kind: ElementKind) -> Vec<Formulation> {
 
 fn assemble<const D: usize>(
     mesh: &Mesh<D>,
-    group: &ElementGroup<D>,
+    solid: &Solid<D>,
     u: &[f64],
     terms: Terms,
 ) -> (DVector<f64>, DMatrix<f64>) {
-    let nodes = |index| mesh.element_nodes(group.elements()[index] as usize).to_vec();
-    let mut sink = Dense::new(mesh, &nodes);
-    group.evaluate(u, Request { stiffness: Some(terms) }, &mut sink).unwrap();
-    (sink.force, sink.stiffness)
+    solid.assemble(mesh, None, u, terms)
 }
 
 fn plain(v: DVector<f64>) -> Vec<f64> {

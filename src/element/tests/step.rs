@@ -19,14 +19,11 @@ fn motion<const D: usize>(mesh: &Mesh<D>) -> Motion {
 
 fn assemble_step<const D: usize>(
     mesh: &Mesh<D>,
-    group: &ElementGroup<D>,
+    solid: &Solid<D>,
     u: [&[f64]; 2],
     terms: Terms,
 ) -> (DVector<f64>, DMatrix<f64>) {
-    let nodes = |index| mesh.element_nodes(group.elements()[index] as usize).to_vec();
-    let mut sink = Dense::new(mesh, &nodes);
-    group.evaluate_step(u[0], u[1], Request { stiffness: Some(terms) }, &mut sink).unwrap();
-    (sink.force, sink.stiffness)
+    solid.assemble(mesh, Some(u[0]), u[1], terms)
 }
 
 fn work<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {

@@ -36,8 +36,9 @@ fn derivatives<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         let group = group(mesh, formulation);
         let viscous = overstress(&group, &random(mesh, 0.02, 23), 0.9);
         let without_history = Overstress { predicted: Vec::new(), ..viscous.clone() };
-        let energy =
-            |u: &[f64]| vec![group.strain_energy(u, &everyone) + 0.9 * group.isochoric_energy(u, &everyone)];
+        let energy = |u: &[f64]| {
+            vec![group.group.strain_energy(u, &everyone) + 0.9 * group.isochoric_energy(u, &everyone)]
+        };
         let force =
             |u: &[f64], viscous| plain(assemble_viscous(mesh, &group, u, Some(viscous), Terms::empty()).0);
         let work =
@@ -101,7 +102,7 @@ fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         let elastic = Overstress { factor: 0.0, predicted: Vec::new() };
         let shear = |viscous: &Overstress| {
             let mut sum = 0.0;
-            whole.viscous_stress(&u, Some(viscous), |_, stress| sum += stress.mean.cauchy.0[3]);
+            whole.full_stress(&u, Some(viscous), &[], |_, stress| sum += stress.mean.cauchy.0[3]);
             sum
         };
         let (added, law) = (shear(&viscous) - shear(&elastic), shear(&elastic));

@@ -1,0 +1,98 @@
+//! Patches of elements that share a pressure, with their volume terms and the positions of their entries.
+
+use std::collections::BTreeMap;
+
+use super::forces::SolidFields;
+use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
+use super::solid::BodyPhysics;
+use crate::element::{ElementSink, PatchGroup, Request};
+use crate::error::Result;
+use crate::mesh::ElementPatch;
+use crate::model::RayleighFactors;
+use crate::partition::LocalMesh;
+use crate::petsc::{BlockPattern, BlockValues};
+use crate::space::Held;
+use crate::terms::Terms;
+
+/// Patches of one material with equal numbers of nodes.
+pub struct SolidPatches<const D: usize> {
+    /// The kernel.
+    group: PatchGroup<D>,
+    /// Positions of its entries.
+    pub map: ScatterMap,
+    /// Damping of the body.
+    pub damping: Option<RayleighFactors>,
+    /// Index of the body.
+    pub body: usize,
+    /// For each patch, whether this rank counts it in sums over all ranks: that which owns its first element.
+    counted: Vec<bool>,
+}
+
+/// Creates the patches of a rank.
+///
+/// # Errors
+/// If a patch has elements of another dimension.
+pub fn patches<const D: usize>(
+    local: &LocalMesh<D>,
+    bodies: &[Vec<BodyPhysics>],
+    pattern: &BlockPattern,
+    held: &Held<D>,
+) -> Result<Vec<SolidPatches<D>>> {
+    let mut groups: BTreeMap<(u16, u32, usize), Vec<u32>> = BTreeMap::new();
+    for (number, patch) in (0..).zip(&local.mesh.patches) {
+        let width = PatchGroup::<D>::nodes_of(patch).len();
+        groups.entry((patch.body, patch.material, width)).or_default().push(number);
+    }
+    let of_group = |((body, material, width), numbers): ((u16, u32, usize), Vec<u32>)| {
+        let physics = &bodies[usize::from(body)][material as usize];
+        let group = PatchGroup::new(&local.mesh, &numbers, physics.formulation)?;
+        let map = ScatterMap::new::<D>(width, group.nodes().to_vec(), pattern, &local.index, held);
+        let owns = |element: u32| element != ElementPatch::ELSEWHERE && local.mine[element as usize];
+        let counted = (0..group.len()).map(|patch| owns(group.elements(patch)[0])).collect();
+        Ok(SolidPatches { group, map, damping: physics.damping, body: usize::from(body), counted })
+    };
+    groups.into_iter().map(of_group).collect()
+}
+
+impl<const D: usize> SolidPatches<D> {
+    /// Adds the forces to the owned rows \[N\].
+    pub fn add_force(&self, at: &SolidFields, force: &mut [f64]) {
+        self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force });
+    }
+
+    /// Evaluates all patches.
+    pub(super) fn evaluate(&self, at: &SolidFields, request: Request, sink: &mut dyn ElementSink) {
+        match at.start {
+            Some(start) => self.group.evaluate_step(start, at.u, request, sink),
+            None => self.group.evaluate(at.u, request, sink),
+        }
+    }
+
+    /// Adds the requested stiffness terms to the matrix.
+    pub fn add_stiffness(
+        &self,
+        at: &SolidFields,
+        terms: Terms,
+        held: &Held<D>,
+        values: &mut BlockValues,
+        lift: Option<LiftTarget>,
+    ) {
+        let mut sink = MatrixSink::<D>::new(&self.map, held, values, lift);
+        self.evaluate(at, Request { stiffness: Some(terms) }, &mut sink);
+    }
+
+    /// Volumetric energy of the patches that this rank counts \[J\].
+    pub fn energy(&self, u: &[f64]) -> f64 {
+        self.group.energy(u, &self.counted)
+    }
+}
+
+/// The slope of the volumetric energy \[Pa\] of each element of the rank that is in a patch; empty without
+/// patches.
+pub fn pressures<const D: usize>(patches: &[SolidPatches<D>], elements: usize, u: &[f64]) -> Vec<f64> {
+    let mut pressures = vec![0.0; if patches.is_empty() { 0 } else { elements }];
+    for patches in patches {
+        patches.group.pressures(u, |element, pressure| pressures[element as usize] = pressure);
+    }
+    pressures
+}

@@ -1,0 +1,517 @@
+//! Volume terms of patches of elements, which share one pressure (theory, section 3.8).
+//!
+//! The volumetric energy of a patch is `V U(s_h)` at the mean `s_h` of the dilatation over the points of
+//! all its elements. Its derivative is `p ds` at each point with the pressure `p = U'(s_h)`, and the second
+//! derivative adds `U''(s_h) / V` times the square of the change of the volume to the terms at the points.
+//! The shear terms belong to the [`ElementGroup`](super::ElementGroup) of each element.
+
+use super::group::Formulation;
+use super::kinematics::{gradient_of, reference_gradients};
+use super::{ElementSink, Request};
+use crate::error::{Error, Result};
+use crate::material::{StepMotion, VolumeLaw, Volumetric};
+use crate::mesh::{ElementKind, ElementPatch, Mesh};
+use crate::space::{ShapeTable, reference};
+use crate::square::{Row, Square, apply, cofactor, det_minus_one, dot, plus_one, product, scale_all};
+use crate::terms::Terms;
+
+/// Index of the radial component.
+const RADIAL: usize = 0;
+
+/// Patches of one material with equal numbers of nodes.
+#[derive(Debug)]
+pub struct PatchGroup<const D: usize> {
+    formulation: Formulation,
+    law: VolumeLaw,
+    /// Nodes of a patch.
+    width: usize,
+    /// Nodes of each patch, `[patch * width + a]`.
+    nodes: Vec<u32>,
+    /// Their reference positions \[m\].
+    points: Vec<[f64; D]>,
+    /// The elements of patch `p` are `offsets[p]..offsets[p + 1]`.
+    offsets: Vec<u32>,
+    /// Index of the table of each element.
+    table_of: Vec<u8>,
+    /// Number of each element in the mesh, or [`ElementPatch::ELSEWHERE`].
+    elements: Vec<u32>,
+    /// Index of each node of each element among those of its patch.
+    slots: Vec<u16>,
+    /// Shape functions at the points of the full rule, by kind.
+    tables: Vec<(ElementKind, ShapeTable)>,
+}
+
+impl<const D: usize> PatchGroup<D> {
+    /// The patches of `mesh` with these numbers, all of one material with this formulation and with equal
+    /// numbers of nodes, see [`nodes_of`](Self::nodes_of).
+    ///
+    /// # Errors
+    /// The numbers of nodes differ, or an element is not solid.
+    pub fn new(mesh: &Mesh<D>, patches: &[u32], formulation: Formulation) -> Result<Self> {
+        let mut group = Self {
+            formulation,
+            law: formulation.volume_law(),
+            width: 0,
+            nodes: Vec::new(),
+            points: Vec::new(),
+            offsets: vec![0],
+            table_of: Vec::new(),
+            elements: Vec::new(),
+            slots: Vec::new(),
+            tables: Vec::new(),
+        };
+        for &number in patches {
+            group.push(mesh, &mesh.patches[number as usize])?;
+        }
+        Ok(group)
+    }
+
+    /// Nodes of a patch, each once, in the order of their first occurrence.
+    pub fn nodes_of(patch: &ElementPatch) -> Vec<u32> {
+        let mut nodes = Vec::new();
+        for &node in &patch.nodes {
+            if !nodes.contains(&node) {
+                nodes.push(node);
+            }
+        }
+        nodes
+    }
+
+    fn push(&mut self, mesh: &Mesh<D>, patch: &ElementPatch) -> Result<()> {
+        let nodes = Self::nodes_of(patch);
+        if self.is_empty() {
+            self.width = nodes.len();
+        }
+        if nodes.len() != self.width || patch.kinds.iter().any(|kind| kind.dimension() != D) {
+            return Err(Error::internal("a patch that does not fit its group"));
+        }
+        let slot = |node| nodes.iter().position(|other| other == node).unwrap_or_default() as u16;
+        self.slots.extend(patch.nodes.iter().map(slot));
+        for &kind in &patch.kinds {
+            let known = self.tables.iter().position(|(known, _)| *known == kind);
+            let table = known.unwrap_or_else(|| {
+                let element = reference(kind);
+                self.tables.push((kind, element.tabulate(element.full_rule())));
+                self.tables.len() - 1
+            });
+            self.table_of.push(table as u8);
+        }
+        self.elements.extend(&patch.elements);
+        self.offsets.push(self.table_of.len() as u32);
+        self.points.extend(nodes.iter().map(|&node| mesh.points[node as usize]));
+        self.nodes.extend(nodes);
+        Ok(())
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Whether there are no patches.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of nodes of each patch.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Nodes of all patches, `[patch * width + a]`.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// Numbers of the elements of a patch in the mesh, [`ElementPatch::ELSEWHERE`] for those that this rank
+    /// does not have.
+    pub fn elements(&self, patch: usize) -> &[u32] {
+        &self.elements[self.offsets[patch] as usize..self.offsets[patch + 1] as usize]
+    }
+
+    /// Internal force (and, on request, its derivative) of each patch at the displacements `u`
+    /// (`u[node * D + i]`, local nodes, \[m\]).
+    ///
+    /// A patch with an inverted element has no meaning. The group of the element reports it.
+    pub fn evaluate(&self, u: &[f64], request: Request, sink: &mut dyn ElementSink) {
+        let mut work = Work::new(self);
+        let mut slots = &self.slots[..];
+        for patch in 0..self.len() {
+            work.visit(self, patch, &mut slots, [u]);
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+            let [pressure, curvature] = self.law.slope_and_curvature(dilatation);
+            work.add_volume_terms(self.law, pressure, curvature, request.stiffness);
+            work.emit(patch, request, sink);
+        }
+    }
+
+    /// Like [`evaluate`](Self::evaluate) at the displacements `middle`, but with forces whose work over the
+    /// step from `start` to `2 middle - start` equals the change of the volumetric energy. Bodies of
+    /// revolution have no such forces.
+    pub fn evaluate_step(&self, start: &[f64], middle: &[f64], request: Request, sink: &mut dyn ElementSink) {
+        if self.law.form == Volumetric::SmallTrace {
+            return self.evaluate(middle, request, sink);
+        }
+        let mut work = Work::new(self);
+        let mut slots = &self.slots[..];
+        for patch in 0..self.len() {
+            work.visit(self, patch, &mut slots, [start, middle]);
+            let before = work.mean(|point| self.law.dilatation(&point.grad_u[0]));
+            let after = work.mean(|point| self.law.dilatation(&point.motion().end));
+            let [pressure, curvature] = self.law.slope_over_step(before, after);
+            work.add_step_terms(self.law, pressure, curvature, request.stiffness);
+            work.emit(patch, request, sink);
+        }
+    }
+
+    /// Volumetric energy \[J\] of the patches with `mine[patch]`.
+    pub fn energy(&self, u: &[f64], mine: &[bool]) -> f64 {
+        let mut work = Work::new(self);
+        let mut slots = &self.slots[..];
+        let mut total = 0.0;
+        for (patch, mine) in mine.iter().enumerate() {
+            work.visit(self, patch, &mut slots, [u]);
+            if *mine {
+                let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+                total += work.volume() * self.law.energy(dilatation);
+            }
+        }
+        total
+    }
+
+    /// Calls `receive(element, pressure)` with the slope of the volumetric energy \[Pa\] for each element
+    /// that this rank has.
+    pub fn pressures(&self, u: &[f64], mut receive: impl FnMut(u32, f64)) {
+        let mut work = Work::new(self);
+        let mut slots = &self.slots[..];
+        for patch in 0..self.len() {
+            work.visit(self, patch, &mut slots, [u]);
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+            let [pressure, _] = self.law.slope_and_curvature(dilatation);
+            let own = self.elements(patch).iter().filter(|&&element| element != ElementPatch::ELSEWHERE);
+            own.for_each(|&element| receive(element, pressure));
+        }
+    }
+}
+
+/// A point of an element of a patch.
+#[derive(Clone, Copy)]
+struct PatchPoint<const D: usize, const STATES: usize> {
+    /// Reference volume [m^D], in axisymmetry that of the whole revolution.
+    volume: f64,
+    /// Displacement gradient of each state.
+    grad_u: [Square<f64, D>; STATES],
+    /// Strain of the circle in the first state, `u_r / R`, in axisymmetry.
+    hoop: f64,
+    /// Range of its nodes in the lists of the workspace.
+    nodes: [usize; 2],
+}
+
+impl<const D: usize, const STATES: usize> PatchPoint<D, STATES> {
+    /// The displacement gradient in space.
+    fn in_space(&self, state: usize) -> Square<f64, 3> {
+        let mut solid = [[0.0; 3]; 3];
+        for (solid, plane) in solid.iter_mut().zip(&self.grad_u[state]) {
+            solid[..D].copy_from_slice(plane);
+        }
+        if D == 2 {
+            solid[2][2] = self.hoop;
+        }
+        solid
+    }
+}
+
+impl<const D: usize> PatchPoint<D, 2> {
+    fn motion(&self) -> StepMotion<f64, D> {
+        StepMotion::new(self.grad_u[0], self.grad_u[1])
+    }
+}
+
+/// Buffers of the loop over a group, allocated once per evaluation.
+struct Work<const D: usize, const STATES: usize> {
+    width: usize,
+    points: Vec<PatchPoint<D, STATES>>,
+    /// Index in the patch of each node of each point.
+    slots: Vec<u16>,
+    /// `g_a` [1/m] of each node of each point.
+    gradients: Vec<Row<f64, D>>,
+    /// `N_a / R` [1/m] of each node of each point; zero except in axisymmetry.
+    ratios: Vec<f64>,
+    /// `ds/du_a` of each node of a point [1/m].
+    changes: Vec<Row<f64, D>>,
+    /// Positions and displacements of the nodes of an element.
+    places: Vec<[f64; D]>,
+    displacements: [Vec<[f64; D]>; STATES],
+    force: Vec<f64>,
+    /// Change of the volume with the displacement of each node [m^(D-1)], and in a step that at the end.
+    flux: [Vec<Row<f64, D>>; 2],
+    /// `[((a * width + b) * D + i) * D + j]`.
+    stiffness: Vec<f64>,
+}
+
+impl<const D: usize, const STATES: usize> Work<D, STATES> {
+    fn new(group: &PatchGroup<D>) -> Self {
+        let unknowns = group.width * D;
+        Self {
+            width: group.width,
+            points: Vec::new(),
+            slots: Vec::new(),
+            gradients: Vec::new(),
+            ratios: Vec::new(),
+            changes: Vec::new(),
+            places: Vec::new(),
+            displacements: std::array::from_fn(|_| Vec::new()),
+            force: vec![0.0; unknowns],
+            flux: [vec![[0.0; D]; group.width], vec![[0.0; D]; group.width]],
+            stiffness: vec![0.0; unknowns * unknowns],
+        }
+    }
+
+    /// Moves to a patch: sets its points at each of the displacements `u` and clears the sums. `slots`
+    /// begins with those of the patch, and afterwards with those of the next.
+    fn visit(&mut self, group: &PatchGroup<D>, patch: usize, slots: &mut &[u16], u: [&[f64]; STATES]) {
+        self.points.clear();
+        self.slots.clear();
+        self.gradients.clear();
+        self.ratios.clear();
+        let first = patch * self.width;
+        for member in group.offsets[patch] as usize..group.offsets[patch + 1] as usize {
+            let (_, table) = &group.tables[usize::from(group.table_of[member])];
+            let (of_element, rest) = slots.split_at(table.nodes);
+            *slots = rest;
+            let at = |slot: &u16| first + usize::from(*slot);
+            self.places.clear();
+            self.places.extend(of_element.iter().map(|slot| group.points[at(slot)]));
+            for (displacements, u) in self.displacements.iter_mut().zip(u) {
+                displacements.clear();
+                displacements.extend(of_element.iter().map(|slot| -> [f64; D] {
+                    let node = group.nodes[at(slot)] as usize;
+                    std::array::from_fn(|i| u[node * D + i])
+                }));
+            }
+            self.add_points(group, table, of_element);
+        }
+        self.force.fill(0.0);
+        self.stiffness.fill(0.0);
+        self.flux.iter_mut().for_each(|flux| flux.fill([0.0; D]));
+    }
+
+    /// Adds the points of the element whose positions and displacements are set.
+    fn add_points(&mut self, group: &PatchGroup<D>, table: &ShapeTable, slots: &[u16]) {
+        let n = slots.len();
+        let is_revolved = group.formulation.plane.is_revolved();
+        for q in 0..table.points {
+            let begin = self.slots.len();
+            self.slots.extend_from_slice(slots);
+            self.gradients.resize(begin + n, [0.0; D]);
+            let gradients = &mut self.gradients[begin..];
+            let det = reference_gradients(&self.places, &table.dn[q * n * D..(q + 1) * n * D], gradients);
+            let grad_u = self.displacements.each_ref().map(|u| gradient_of(u, gradients));
+            let shapes = &table.n[q * n..(q + 1) * n];
+            let mut volume = table.weights[q] * det;
+            let mut hoop = 0.0;
+            if is_revolved {
+                let radial =
+                    |of: &[[f64; D]]| -> f64 { of.iter().zip(shapes).map(|(x, n)| x[RADIAL] * n).sum() };
+                let radius = radial(&self.places);
+                volume *= std::f64::consts::TAU * radius;
+                hoop = radial(&self.displacements[0]) / radius;
+                self.ratios.extend(shapes.iter().map(|n| n / radius));
+            } else {
+                self.ratios.resize(begin + n, 0.0);
+            }
+            self.points.push(PatchPoint { volume, grad_u, hoop, nodes: [begin, begin + n] });
+        }
+    }
+
+    /// Reference volume of the patch.
+    fn volume(&self) -> f64 {
+        self.points.iter().map(|point| point.volume).sum()
+    }
+
+    /// Mean of a function over the patch.
+    fn mean(&self, f: impl Fn(&PatchPoint<D, STATES>) -> f64) -> f64 {
+        self.points.iter().map(|point| point.volume * f(point)).sum::<f64>() / self.volume()
+    }
+
+    /// Adds `weight row column^T` to the block of two nodes.
+    fn add_outer(&mut self, a: usize, b: usize, weight: f64, row: &Row<f64, D>, column: &Row<f64, D>) {
+        let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
+        for i in 0..D {
+            for j in 0..D {
+                block[i * D + j] += weight * row[i] * column[j];
+            }
+        }
+    }
+
+    /// Adds a multiple of the identity to the block of two nodes.
+    fn add_diagonal(&mut self, a: usize, b: usize, value: f64) {
+        let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
+        (0..D).for_each(|i| block[i * D + i] += value);
+    }
+
+    /// Adds `U'' / V` times the product of the fluxes, which are the same except in a step.
+    fn add_curvature(&mut self, weight: f64) {
+        let [of_force, of_end] = std::mem::take(&mut self.flux);
+        for a in 0..self.width {
+            for b in 0..self.width {
+                self.add_outer(a, b, weight, &of_force[a], &of_end[b]);
+            }
+        }
+        self.flux = [of_force, of_end];
+    }
+
+    fn emit(&self, patch: usize, request: Request, sink: &mut dyn ElementSink) {
+        sink.element(patch, &self.force, request.stiffness.is_some().then_some(&self.stiffness));
+    }
+}
+
+/// Factors of the terms of a stiffness: of the material and of the stress.
+fn factors(wanted: Terms) -> [f64; 2] {
+    [Terms::MATERIAL, Terms::GEOMETRIC].map(|term| f64::from(u8::from(wanted.contains(term))))
+}
+
+impl<const D: usize> Work<D, 1> {
+    /// Adds force and stiffness at a pressure.
+    fn add_volume_terms(&mut self, law: VolumeLaw, pressure: f64, curvature: f64, wanted: Option<Terms>) {
+        for number in 0..self.points.len() {
+            let PatchPoint { volume, grad_u: [grad_u], hoop, nodes: [begin, end] } = self.points[number];
+            let weight = pressure * volume;
+            let plane = law.gradient(&grad_u);
+            let [ratio, stretch] = [1.0 + det_minus_one(&grad_u), 1.0 + hoop];
+            // ds/dF in the plane and around the axis.
+            let (plane, around) = match law.form {
+                Volumetric::Rubber | Volumetric::Logarithmic => (scale_all(&plane, stretch), ratio),
+                Volumetric::GreenTrace => (plane, stretch),
+                Volumetric::SmallTrace => (plane, 1.0),
+            };
+            self.changes.clear();
+            for k in begin..end {
+                let mut change = apply(&plane, &self.gradients[k]);
+                change[RADIAL] += around * self.ratios[k];
+                self.changes.push(change);
+                let a = usize::from(self.slots[k]);
+                for i in 0..D {
+                    self.force[a * D + i] += weight * change[i];
+                    self.flux[0][a][i] += volume * change[i];
+                }
+            }
+            if let Some(wanted) = wanted {
+                self.add_point_stiffness(
+                    law.form,
+                    &grad_u,
+                    [ratio, stretch],
+                    weight,
+                    [begin, end],
+                    factors(wanted),
+                );
+            }
+        }
+        let Some(wanted) = wanted else { return };
+        let volume = self.volume();
+        let [of_force, of_end] = &mut self.flux;
+        of_end.copy_from_slice(of_force);
+        self.add_curvature(factors(wanted)[0] * curvature / volume);
+    }
+
+    /// Adds `weight` times the second derivative of the dilatation at a point.
+    ///
+    /// That of `J` is `(h_a h_b^T - h_b h_a^T) / J` with the cofactors `h` in the plane, besides the
+    /// products of plane and circle. Its part in `K_S` is `(h_a . h_b) / J`.
+    fn add_point_stiffness(
+        &mut self,
+        form: Volumetric,
+        grad_u: &Square<f64, D>,
+        [ratio, stretch]: [f64; 2],
+        weight: f64,
+        [begin, end]: [usize; 2],
+        [material, geometric]: [f64; 2],
+    ) {
+        let cofactors = cofactor(&plus_one(grad_u));
+        let per_area = weight * stretch / ratio;
+        let apart = geometric - material;
+        let mut radial = [0.0; D];
+        radial[RADIAL] = 1.0;
+        for k in begin..end {
+            let (a, g_a, n_a) = (usize::from(self.slots[k]), self.gradients[k], self.ratios[k]);
+            let h_a = apply(&cofactors, &g_a);
+            for l in begin..end {
+                let (b, g_b, n_b) = (usize::from(self.slots[l]), self.gradients[l], self.ratios[l]);
+                match form {
+                    Volumetric::Rubber | Volumetric::Logarithmic => {
+                        let h_b = apply(&cofactors, &g_b);
+                        self.add_outer(a, b, material * per_area, &h_a, &h_b);
+                        self.add_outer(a, b, -material * per_area, &h_b, &h_a);
+                        self.add_outer(a, b, material * weight * n_b, &h_a, &radial);
+                        self.add_outer(a, b, material * weight * n_a, &radial, &h_b);
+                        if apart != 0.0 {
+                            self.add_diagonal(a, b, apart * per_area * dot(&h_a, &h_b));
+                            let around = apart * weight * ratio / stretch * n_a * n_b;
+                            self.add_outer(a, b, around, &radial, &radial);
+                        }
+                    }
+                    Volumetric::GreenTrace => {
+                        self.add_diagonal(a, b, geometric * weight * dot(&g_a, &g_b));
+                        self.add_outer(a, b, geometric * weight * n_a * n_b, &radial, &radial);
+                    }
+                    Volumetric::SmallTrace => {}
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> Work<D, 2> {
+    /// Adds force and stiffness over a step at a pressure, with the stress `p G` of
+    /// [`VolumeStep`](crate::material::VolumeStep).
+    fn add_step_terms(&mut self, law: VolumeLaw, pressure: f64, curvature: f64, wanted: Option<Terms>) {
+        for number in 0..self.points.len() {
+            let motion = self.points[number].motion();
+            let PatchPoint { volume, nodes: [begin, end], .. } = self.points[number];
+            let step = law.over_step(&motion);
+            let f_middle = plus_one(&motion.middle);
+            let force = scale_all(&product(&f_middle, &step.gradient), volume);
+            // The end moves twice as far as the middle.
+            let at_end = scale_all(&law.gradient(&motion.end), 2.0 * volume);
+            for k in begin..end {
+                let a = usize::from(self.slots[k]);
+                let [of_force, of_end] = [&force, &at_end].map(|map| apply(map, &self.gradients[k]));
+                for i in 0..D {
+                    self.force[a * D + i] += pressure * of_force[i];
+                    self.flux[0][a][i] += of_force[i];
+                    self.flux[1][a][i] += of_end[i];
+                }
+            }
+            let Some(wanted) = wanted else { continue };
+            let [material, geometric] = factors(wanted).map(|factor| factor * pressure * volume);
+            let f_end = plus_one(&motion.end);
+            let zero = [0.0; D];
+            for l in begin..end {
+                let (b, g_b) = (usize::from(self.slots[l]), self.gradients[l]);
+                let stiffening = apply(&step.gradient, &g_b);
+                for j in 0..D {
+                    // The change of Green's strain at the end, which moves twice as far as the middle.
+                    let mut strain = [zero; D];
+                    for k in 0..D {
+                        for m in 0..D {
+                            strain[k][m] = f_end[j][k] * g_b[m] + g_b[k] * f_end[j][m];
+                        }
+                    }
+                    let change = product(&f_middle, &step.contract(&strain));
+                    for k in begin..end {
+                        let (a, g_a) = (usize::from(self.slots[k]), self.gradients[k]);
+                        let column = apply(&change, &g_a);
+                        let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
+                        for i in 0..D {
+                            block[i * D + j] += material * column[i];
+                        }
+                        block[j * D + j] += geometric * dot(&g_a, &stiffening);
+                    }
+                }
+            }
+        }
+        let Some(wanted) = wanted else { return };
+        let volume = self.volume();
+        self.add_curvature(factors(wanted)[0] * curvature / volume);
+    }
+}
