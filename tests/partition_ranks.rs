@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use common::Running;
-use contact_petsc::mesh::{BoxShape, ElementKind, Facet, Mesh, merge};
+use contact_petsc::mesh::{BoxShape, ElementKind, ElementPatch, Facet, Mesh, element_patches, merge};
 use contact_petsc::partition::{LocalMesh, Ordering, Pair, Plan, Report, Weights, distribute};
 use contact_petsc::space::{facet_normal, facet_tangents, reference};
 use contact_petsc::tensor::Vector;
@@ -78,6 +78,9 @@ fn check_all(world: &SimpleCommunicator) {
     check(world, &rectangles(Quad4, [9, 8]), &order);
     check(world, &rectangles(Quad4, [2, 1]), &Plan::default());
     check(world, &mixed(), &Plan::default());
+    check(world, &patched(rectangles(Tri3, [9, 8])), &Plan::default());
+    check(world, &patched(cube(Tet4)), &Plan::default());
+    check(world, &patched(mixed()), &Plan::default());
     parts_are_even(world);
     ties_hold(world);
     errors_are_shared(world);
@@ -99,6 +102,13 @@ fn rectangles(kind: ElementKind, cells: [u32; 2]) -> Mesh<2> {
 fn cube(kind: ElementKind) -> Mesh<3> {
     let shape = BoxShape { min: [0.0; 3], max: [1.0, 2.0, 1.5], cells: [3, 4, 3], element: kind };
     merge(vec![("cube".to_owned(), shape.mesh().expect("a box"))]).expect("small")
+}
+
+/// The mesh with patches of elements in each body.
+fn patched<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
+    let labels: Vec<_> = mesh.body.iter().map(|&body| Some((body, 0))).collect();
+    mesh.patches = element_patches(&mesh, &labels);
+    mesh
 }
 
 /// Quadrilaterals and triangles in one mesh, with a set of points and one of facets in a corner.
@@ -131,6 +141,7 @@ fn check<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Pla
     let (local, report) = deal(world, whole, plan);
     is_a_piece_of(&local, whole);
     rows_can_be_assembled(&local, whole);
+    patches_are_whole(&local, whole);
     sets_are_complete(&local, whole);
     numbers_fit_together(world, &local, whole);
     areas_add_up(world, &local, whole);
@@ -166,6 +177,23 @@ fn rows_can_be_assembled<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) 
     let expected: Vec<u32> = (0..whole.element_count()).filter(|&e| touches(e)).map(|e| e as u32).collect();
     assert_eq!(local.input_element[..local.assembled], expected);
     assert!(local.mine[local.assembled..].iter().all(|&mine| mine));
+}
+
+/// All patches of the local elements are present with all their elements and nodes.
+fn patches_are_whole<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
+    let mine = |patch: &&ElementPatch| patch.elements.iter().any(|e| local.input_element.contains(e));
+    let expected: Vec<&ElementPatch> = whole.patches.iter().filter(mine).collect();
+    assert_eq!(local.mesh.patches.len(), expected.len());
+    for (patch, input) in local.mesh.patches.iter().zip(expected) {
+        assert_eq!((patch.body, patch.material, &patch.kinds), (input.body, input.material, &input.kinds));
+        assert!(patch.nodes.iter().map(|&n| local.input_node[n as usize]).eq(input.nodes.iter().copied()));
+        for (&element, input) in patch.elements.iter().zip(&input.elements) {
+            match local.input_element.iter().position(|known| known == input) {
+                Some(place) => assert_eq!(element as usize, place),
+                None => assert_eq!(element, ElementPatch::ELSEWHERE),
+            }
+        }
+    }
 }
 
 /// Every set exists by name and holds all of its local members, including ghost nodes.

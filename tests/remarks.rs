@@ -50,10 +50,10 @@ fn check_tells_what_is_not_modelled() {
     assert_says(&told, &["accuracy.penetration and accuracy.slip"]);
 }
 
-/// Elements that lock without a locking treatment are reported, by a run and by `check`. `check`
-/// also names the default treatment.
+/// Elements that lock because the case asks for full integration are reported, by a run and by `check`.
+/// `check` also names the default treatment.
 #[test]
-fn locking_is_told_where_there_is_no_cure_on_1_and_2_ranks() {
+fn locking_is_told_where_it_is_not_treated_on_1_and_2_ranks() {
     let folder = Folder::new("locking");
     let element = |name: &str, ratio: &str| {
         let cells = format!("cells: [4, 4], element: {name} }}");
@@ -63,26 +63,27 @@ fn locking_is_told_where_there_is_no_cure_on_1_and_2_ranks() {
         folder.write("case.yml", text);
         run(ranks, &["check", "case.yml"], &folder).success().stdout
     };
-    let told = say(&element("tri3", "0.499"), 2);
-    assert_says(
-        &told,
-        &["locking: none of tri3", "'block' locks: tri3 elements", "quad4, quad8, quad9 or tri6"],
-    );
+    let full = element("tri3", "0.499").replace("density:", "locking: none\n    density:");
+    let told = say(&full, 2);
+    assert_says(&told, &["locking: none of tri3", "'block' locks: tri3 elements", "remove `locking`"]);
     let told = say(&element("tri6", "0.499"), 0);
     assert_says(&told, &["pressures of tri6 elements of 'block'", "write `locking: mean_dilatation`"]);
     let mixed = element("tri6", "0.499").replace("density:", "locking: mean_dilatation\n    density:");
     let told = say(&mixed, 0);
     assert!(told.contains("locking: mean_dilatation of tri6") && !told.contains("pressures of"), "{told}");
-    for (name, ratio, cure) in
-        [("quad4", "0.499", "selective_reduced"), ("quad4", "0.3", "none"), ("tri3", "0.3", "none")]
-    {
+    for (name, ratio, cure) in [
+        ("quad4", "0.499", "selective_reduced"),
+        ("quad4", "0.3", "none"),
+        ("tri3", "0.499", "mean_dilatation"),
+        ("tri3", "0.3", "none"),
+    ] {
         let told = say(&element(name, ratio), 0);
         assert!(
             told.contains(&format!("locking: {cure} of {name}")) && !told.contains("' locks: "),
             "{told}"
         );
     }
-    folder.write("case.yml", &element("tri3", "0.499"));
+    folder.write("case.yml", &full);
     let output = run(0, &["case.yml", "-o", "out", "-q"], &folder).success();
     assert!(output.stderr.contains("'block' locks"), "{}", output.stderr);
     let record = fs::read_to_string(folder.join("out/run.json")).unwrap();

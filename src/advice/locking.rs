@@ -1,4 +1,4 @@
-//! Detection of nearly incompressible bodies whose elements lock because no remedy is available, or
+//! Detection of nearly incompressible bodies whose elements lock because the case chose no remedy, or
 //! whose pressures are poor although a better remedy is available.
 
 use mpi::collective::SystemOperation;
@@ -65,24 +65,24 @@ fn kinds_of(used: &[UsedElements], bad: impl Fn(&UsedElements) -> bool) -> Vec<&
 /// Rounding error of a Poisson's ratio that is recomputed from moduli.
 const ROUNDING: f64 = 1e-9;
 
-/// A remark for each body whose elements lock and have no formulation that avoids it, and for each whose
-/// pressures another formulation would improve. Collective.
+/// A remark for each body whose elements lock, and for each whose pressures another formulation would
+/// improve. Collective.
 pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
     let cures = cures(system, model);
     let bodies = || model.bodies.iter().zip(&cures);
     let locked = bodies().filter_map(|(body, used)| {
         let bad = |used: &UsedElements| {
-            let has_cure =
-                Locking::SelectiveReduced.offered(used.kind) || Locking::MeanDilatation.offered(used.kind);
             let formulation = &body.materials[used.material].formulation;
-            !has_cure && formulation.plane == PlaneState::Strain && locks(&formulation.moduli())
+            used.cure == Locking::None
+                && used.kind.order() == 1
+                && formulation.plane != PlaneState::Stress
+                && locks(&formulation.moduli())
         };
         let kinds = kinds_of(used, bad);
-        let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
         (!kinds.is_empty()).then(|| {
             format!(
-                "'{}' locks: {} elements support neither selective_reduced nor mean_dilatation and are too \
-                 stiff at a Poisson's ratio of {LOCKS} or more: mesh it with {better}",
+                "'{}' locks: {} elements with `locking: none` are too stiff at a Poisson's ratio of {LOCKS} or \
+                 more: remove `locking`",
                 body.name,
                 kinds.join(" and ")
             )
@@ -93,7 +93,7 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
             let formulation = &body.materials[used.material].formulation;
             let ratio = formulation.moduli().poisson_ratio();
             let is_poor = match used.cure {
-                Locking::MeanDilatation => false,
+                Locking::MeanDilatation | Locking::PatchDilatation => false,
                 Locking::SelectiveReduced => matches!(used.kind, ElementKind::Quad8 | ElementKind::Hex20),
                 Locking::Auto | Locking::None => used.kind.order() > 1,
             };

@@ -265,7 +265,7 @@ impl Element {
     /// Whether a treatment of locking applies.
     pub fn offers(self, cure: Locking) -> bool {
         match cure {
-            Locking::Auto | Locking::None | Locking::MeanDilatation => true,
+            Locking::Auto | Locking::None | Locking::MeanDilatation | Locking::PatchDilatation => true,
             Locking::SelectiveReduced => !matches!(
                 self,
                 Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10 | Self::Wedge6 | Self::Pyramid5
@@ -318,9 +318,12 @@ pub enum Locking {
     SelectiveReduced,
     /// Mixed formulation: the volumetric energy at the mean dilatation of each element, or at its best
     /// linear fit, with a discontinuous pressure that is condensed. On tri3, tet4, wedge6 and pyramid5
-    /// at the mean of a patch of about three triangles or eleven tetrahedra. For all elements, up to a
-    /// Poisson's ratio of 0.4999.
+    /// it is `patch_dilatation`. For all elements, up to a Poisson's ratio of 0.4999.
     MeanDilatation,
+    /// Mixed formulation whose pressures do not alternate from element to element: one for each patch of
+    /// a few elements, such as two quad4, three hex8 or eleven tet4. On tri6, quad8, quad9 and hex27 it is
+    /// `mean_dilatation`.
+    PatchDilatation,
 }
 tagged!(Locking, "cure for locking");
 
@@ -332,6 +335,7 @@ impl Locking {
             Self::None => "none",
             Self::SelectiveReduced => "selective_reduced",
             Self::MeanDilatation => "mean_dilatation",
+            Self::PatchDilatation => "patch_dilatation",
         }
     }
 

@@ -38,9 +38,13 @@ pub enum Locking {
     SelectiveReduced,
     /// Volume terms at the projection of the dilatation on the constant or linear functions of each
     /// element (theory, section 3.8), which is a mixed formulation with a discontinuous pressure
-    /// that is condensed. On tri3, tet4, wedge6 and pyramid5 the dilatation is projected on the constants of
-    /// a patch of elements. The method is variational, so the tangent stays symmetric.
+    /// that is condensed. On tri3, tet4, wedge6 and pyramid5 it is
+    /// [`PatchDilatation`](Self::PatchDilatation). The method is variational, so the tangent stays symmetric.
     MeanDilatation,
+    /// Volume terms at the mean of the dilatation over patches of elements, with one pressure for each
+    /// patch, which does not alternate. On tri6, quad8, quad9 and hex27, whose own pressures do not, it is
+    /// [`MeanDilatation`](Self::MeanDilatation).
+    PatchDilatation,
 }
 
 /// Poisson's ratio from which on full integration locks.
@@ -55,7 +59,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Locking {
     /// Name and description of each, for lists and hints.
-    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+    pub const ALL: [(Self, &'static str, &'static str); 5] = [
         (
             Self::Auto,
             "auto",
@@ -74,6 +78,12 @@ impl Locking {
             "mean_dilatation",
             "mixed formulation with a discontinuous pressure, which is condensed: constant or linear in each \
              element, on tri3, tet4, wedge6 and pyramid5 constant in patches of elements",
+        ),
+        (
+            Self::PatchDilatation,
+            "patch_dilatation",
+            "mixed formulation with pressures that do not alternate: one for each patch of a few elements; \
+             on tri6, quad8, quad9 and hex27 that of mean_dilatation",
         ),
     ];
 
@@ -120,7 +130,20 @@ impl Locking {
             (
                 Self::MeanDilatation,
                 ElementKind::Tri3 | ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5,
+            )
+            | (
+                Self::PatchDilatation,
+                ElementKind::Tri3
+                | ElementKind::Quad4
+                | ElementKind::Tet4
+                | ElementKind::Tet10
+                | ElementKind::Hex8
+                | ElementKind::Hex20
+                | ElementKind::Wedge6
+                | ElementKind::Pyramid5,
             ) => Ok(VolumeRule::Patches),
+            // Single elements of the other kinds have stable pressures.
+            (Self::PatchDilatation, _) => Self::MeanDilatation.volume_rule(kind),
             (Self::MeanDilatation, ElementKind::Line2 | ElementKind::Line3) => {
                 Err(Error::internal("a treatment of locking on facets"))
             }

@@ -368,6 +368,7 @@ pub(super) fn locking(of: case::Locking) -> Locking {
         case::Locking::None => Locking::None,
         case::Locking::SelectiveReduced => Locking::SelectiveReduced,
         case::Locking::MeanDilatation => Locking::MeanDilatation,
+        case::Locking::PatchDilatation => Locking::PatchDilatation,
     }
 }
 

@@ -74,7 +74,10 @@ impl Check<'_> {
     }
 
     fn locking(&mut self, locking: At<Locking>) {
-        let treats = matches!(locking.value, Locking::SelectiveReduced | Locking::MeanDilatation);
+        let treats = matches!(
+            locking.value,
+            Locking::SelectiveReduced | Locking::MeanDilatation | Locking::PatchDilatation
+        );
         if treats && self.case.is_plane_stress() {
             let message =
                 format!("`{}` has no meaning under plane stress, which does not lock", locking.name());
