@@ -334,31 +334,20 @@ impl<const D: usize, const STATES: usize> Work<D, STATES> {
         self.points.iter().map(|point| point.volume * f(point)).sum::<f64>() / self.volume()
     }
 
-    /// Adds `weight row column^T` to the block of two nodes.
-    fn add_outer(&mut self, a: usize, b: usize, weight: f64, row: &Row<f64, D>, column: &Row<f64, D>) {
-        let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
-        for i in 0..D {
-            for j in 0..D {
-                block[i * D + j] += weight * row[i] * column[j];
-            }
-        }
-    }
-
-    /// Adds a multiple of the identity to the block of two nodes.
-    fn add_diagonal(&mut self, a: usize, b: usize, value: f64) {
-        let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
-        (0..D).for_each(|i| block[i * D + i] += value);
-    }
-
-    /// Adds `U'' / V` times the product of the fluxes, which are the same except in a step.
+    /// Adds `weight` times the product of the fluxes, which are the same except in a step.
     fn add_curvature(&mut self, weight: f64) {
-        let [of_force, of_end] = std::mem::take(&mut self.flux);
-        for a in 0..self.width {
-            for b in 0..self.width {
-                self.add_outer(a, b, weight, &of_force[a], &of_end[b]);
+        let [of_force, of_end] = &self.flux;
+        let mut blocks = self.stiffness.chunks_exact_mut(D * D);
+        for row in of_force {
+            let scaled = row.map(|flux| weight * flux);
+            for (column, block) in of_end.iter().zip(&mut blocks) {
+                for i in 0..D {
+                    for j in 0..D {
+                        block[i * D + j] += scaled[i] * column[j];
+                    }
+                }
             }
         }
-        self.flux = [of_force, of_end];
     }
 
     fn emit(&self, patch: usize, request: Request, sink: &mut dyn ElementSink) {
@@ -424,38 +413,75 @@ impl<const D: usize> Work<D, 1> {
         grad_u: &Square<f64, D>,
         [ratio, stretch]: [f64; 2],
         weight: f64,
-        [begin, end]: [usize; 2],
+        nodes: [usize; 2],
         [material, geometric]: [f64; 2],
     ) {
-        let cofactors = cofactor(&plus_one(grad_u));
-        let per_area = weight * stretch / ratio;
-        let apart = geometric - material;
-        let mut radial = [0.0; D];
-        radial[RADIAL] = 1.0;
-        for k in begin..end {
-            let (a, g_a, n_a) = (usize::from(self.slots[k]), self.gradients[k], self.ratios[k]);
-            let h_a = apply(&cofactors, &g_a);
-            for l in begin..end {
-                let (b, g_b, n_b) = (usize::from(self.slots[l]), self.gradients[l], self.ratios[l]);
-                match form {
-                    Volumetric::Rubber | Volumetric::Logarithmic => {
-                        let h_b = apply(&cofactors, &g_b);
-                        self.add_outer(a, b, material * per_area, &h_a, &h_b);
-                        self.add_outer(a, b, -material * per_area, &h_b, &h_a);
-                        self.add_outer(a, b, material * weight * n_b, &h_a, &radial);
-                        self.add_outer(a, b, material * weight * n_a, &radial, &h_b);
-                        if apart != 0.0 {
-                            self.add_diagonal(a, b, apart * per_area * dot(&h_a, &h_b));
-                            let around = apart * weight * ratio / stretch * n_a * n_b;
-                            self.add_outer(a, b, around, &radial, &radial);
-                        }
-                    }
-                    Volumetric::GreenTrace => {
-                        self.add_diagonal(a, b, geometric * weight * dot(&g_a, &g_b));
-                        self.add_outer(a, b, geometric * weight * n_a * n_b, &radial, &radial);
-                    }
-                    Volumetric::SmallTrace => {}
+        match form {
+            Volumetric::Rubber | Volumetric::Logarithmic => {
+                let cofactors = cofactor(&plus_one(grad_u));
+                self.changes.clear();
+                let of_point = &self.gradients[nodes[0]..nodes[1]];
+                self.changes.extend(of_point.iter().map(|gradient| apply(&cofactors, gradient)));
+                let per_area = weight * stretch / ratio;
+                self.add_skew(nodes, material * per_area, material * weight);
+                if geometric != material {
+                    let apart = (geometric - material) * per_area;
+                    self.add_isotropic(nodes, apart, apart * (ratio / stretch).powi(2), |work, k| {
+                        work.changes[k]
+                    });
                 }
+            }
+            Volumetric::GreenTrace => {
+                let weight = geometric * weight;
+                self.add_isotropic(nodes, weight, weight, |work, k| work.gradients[nodes[0] + k]);
+            }
+            Volumetric::SmallTrace => {}
+        }
+    }
+
+    /// Adds `in_plane (h_a h_b^T - h_b h_a^T)` with the cofactors in `changes`, and `across` times the
+    /// products of plane and circle.
+    fn add_skew(&mut self, [begin, end]: [usize; 2], in_plane: f64, across: f64) {
+        let is_revolved = self.ratios[begin..end].iter().any(|&ratio| ratio != 0.0);
+        for k in 0..end - begin {
+            let (a, h_a, n_a) = (usize::from(self.slots[begin + k]), self.changes[k], self.ratios[begin + k]);
+            let scaled = h_a.map(|h| in_plane * h);
+            for l in 0..end - begin {
+                let (b, h_b) = (usize::from(self.slots[begin + l]), self.changes[l]);
+                let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
+                for i in 0..D {
+                    for j in 0..D {
+                        block[i * D + j] += scaled[i] * h_b[j] - h_b[i] * scaled[j];
+                    }
+                }
+                if is_revolved {
+                    let n_b = self.ratios[begin + l];
+                    for i in 0..D {
+                        block[i * D + RADIAL] += across * n_b * h_a[i];
+                        block[RADIAL * D + i] += across * n_a * h_b[i];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds `in_plane` times the products of `vector`, and `around` times those of the ratios of the circle.
+    fn add_isotropic(
+        &mut self,
+        [begin, end]: [usize; 2],
+        in_plane: f64,
+        around: f64,
+        vector: impl Fn(&Self, usize) -> Row<f64, D>,
+    ) {
+        for k in 0..end - begin {
+            let (a, v_a, n_a) = (usize::from(self.slots[begin + k]), vector(self, k), self.ratios[begin + k]);
+            for l in 0..end - begin {
+                let b = usize::from(self.slots[begin + l]);
+                let value = in_plane * dot(&v_a, &vector(self, l));
+                let circle = around * n_a * self.ratios[begin + l];
+                let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
+                (0..D).for_each(|i| block[i * D + i] += value);
+                block[RADIAL * D + RADIAL] += circle;
             }
         }
     }
