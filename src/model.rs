@@ -141,6 +141,8 @@ pub struct FreeBodyModel<const D: usize> {
     pub force: [Option<PlacedFunction>; D],
     /// Stiffness of the springs at the centre of mass \[N/m\].
     pub stiffness: SupportCoefficients<D>,
+    /// Whether a spring resists its rotation.
+    pub has_torsion_spring: bool,
     /// Torque in space \[N m\].
     pub torque: [Option<PlacedFunction>; 3],
     /// Acceleration of gravity \[m/s2\], one function per direction, or none.
@@ -337,7 +339,7 @@ pub struct ElasticSupport<const D: usize> {
 }
 
 /// What springs and dashpots connect to the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grounded {
     /// Facets, per reference area.
     Surface,
@@ -345,6 +347,9 @@ pub enum Grounded {
     Nodes,
     /// The centre of mass of the free rigid body with this index.
     FreeBody(usize),
+    /// The only free rotation of the free rigid body with this index, with the torque per angle [N m] and
+    /// per angular velocity [N m s].
+    FreeRotation(usize, [f64; 2]),
 }
 
 /// Coefficients by direction, constant in time; without a function they are zero.

@@ -507,6 +507,94 @@ fn springs_hold_a_free_body_in_statics() {
     assert!(output.text().contains("the motion of 'disc' along -y"), "{}", output.text());
 }
 
+/// A disc on a torsion spring and a dashpot is the damped oscillator of its angle, to the second order of the
+/// scheme, also in space about an axis that is not a coordinate of the unknowns. Its energy is in the ledger
+/// and its torque in `reactions.csv`.
+#[test]
+fn a_torsion_spring_turns_a_body_back() {
+    let turning =
+        |free: &str, time: &str| on_springs(free, time).replace("fixed: [rz], ", "fixed: [ux, uy], ");
+    let free = "torsion_spring: { stiffness: 4, damping: 0.04 }, initial_spin: [30]";
+    let run = |step: f64, ranks| {
+        let time = format!("{{ end: 0.5, step: {step}, scheme: {{ newmark: {{}} }} }}");
+        Results::of(&turning(free, &time), ranks)
+    };
+    // The moment of inertia is 0.01.
+    let (omega, xi) = (20.0f64, 0.1f64);
+    let damped = omega * (1.0 - xi * xi).sqrt();
+    let exact = 30.0 / damped * (-xi * omega * 0.5).exp() * (damped * 0.5).sin();
+    let angle = |results: &Results| results.table("rigid.csv").last("rotation_z");
+    let [coarse, fine] = [5e-3, 2.5e-3].map(|step| run(step, 1));
+    let [error, finer] = [&coarse, &fine].map(|results| (angle(results) - exact).abs());
+    assert!(error < 2e-2 && (3.7..4.3).contains(&(error / finer)), "{error:e}, {}", error / finer);
+    let energy = coarse.table("energy.csv");
+    let theta = angle(&coarse);
+    assert!((energy.last("springs") / (2.0 * theta * theta) - 1.0).abs() < 1e-9);
+    let whole = energy.last("total") + energy.last("damping_dissipated");
+    assert!((whole / 4.5 - 1.0).abs() < 1e-9, "{whole} of 4.5 J");
+    let torque = |results: &Results, column: &str| {
+        let table = results.table("reactions.csv");
+        let rows = table.texts("boundary");
+        let row = rows.iter().rposition(|name| name.ends_with(".torsion_spring")).expect("a row");
+        table.numbers(column)[row]
+    };
+    let expected = -4.0 * theta - 0.04 * coarse.table("rigid.csv").last("spin_z");
+    assert!((torque(&coarse, "moment_z") / expected - 1.0).abs() < 1e-9);
+    assert!((angle(&run(5e-3, 3)) - theta).abs() < 1e-12);
+
+    let held = "{ end: 1, scheme: { static: { increments: 2 } } }";
+    let pushed = Results::of(&turning("torsion_spring: { stiffness: 4 }, torque: { z: '10 * t' }", held), 2);
+    assert!((angle(&pushed) - 2.5).abs() < 1e-12 && (torque(&pushed, "moment_z") + 10.0).abs() < 1e-9);
+    let refused = |free: &str, cause: &str| {
+        let folder = Folder::new("torsion");
+        folder.write("case.yml", &turning(free, held));
+        let output = run(0, &["check", "case.yml"], &folder);
+        assert!(output.code == Some(3) && output.stderr.contains(cause), "{}", output.text());
+    };
+    refused("torsion_spring: { damping: 4 }", "not allowed with the static scheme");
+    refused("torsion_spring: { stiffness: -1 }", "must be >= 0");
+    refused("torsion_spring: {}", "neither stiffness nor damping");
+}
+
+/// In space a torsion spring acts about the one axis that is free.
+#[test]
+fn a_torsion_spring_in_space_needs_one_axis() {
+    let lever = |fixed: &str| {
+        format!(
+            "dimension: 3
+bodies:
+  block:
+    mesh: {{ box: {{ min: [0, 0, -1], max: [1, 1, 0], cells: [1, 1, 1] }} }}
+    material: {{ saint_venant_kirchhoff: {{ young_modulus: 1.0e+7, poisson_ratio: 0.3 }} }}
+    density: 1000
+rigid:
+  lever:
+    shape: {{ capsule: {{ from: [0.2, 0.5, 1], to: [0.8, 0.5, 1], radius: 0.1 }} }}
+    free:
+      mass: 2
+      inertia: [0.01, 0.02, 0.03]
+      fixed: [{fixed}]
+      initial_spin: [0, 30, 0]
+      torsion_spring: {{ stiffness: 8 }}
+contact: {{ far: {{ contactor: block.top, target: lever, friction: none }} }}
+boundary: {{ clamp: {{ on: block.bottom, displacement: {{ x: 0, y: 0, z: 0 }} }} }}
+time: {{ end: 0.5, step: 1.0e-3, scheme: {{ newmark: {{}} }} }}
+output: {{ fields: {{ every: 100000 }} }}
+"
+        )
+    };
+    let results = Results::of(&lever("ux, uy, uz, rx, rz"), 2);
+    let theta = results.table("rigid.csv").last("rotation_y");
+    assert!((theta - 1.5 * 10.0f64.sin()).abs() < 1e-3, "{theta}");
+    let energy = results.table("energy.csv");
+    assert!((energy.last("springs") / (4.0 * theta * theta) - 1.0).abs() < 1e-9);
+    assert!((energy.last("total") / 9.0 - 1.0).abs() < 1e-9, "{}", energy.last("total"));
+    let folder = Folder::new("axes");
+    folder.write("case.yml", &lever("ux, uy, uz, rx"));
+    let output = run(0, &["check", "case.yml"], &folder);
+    assert!(output.code == Some(3) && output.stderr.contains("2 are free"), "{}", output.text());
+}
+
 /// In space the springs act along the fixed axes while the body turns.
 #[test]
 fn springs_of_a_ball_do_not_turn_with_it() {

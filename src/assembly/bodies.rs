@@ -173,6 +173,7 @@ impl<const D: usize> Bodies<D> {
         let elastic = ElasticSupports::new(
             &model.elastic_supports,
             &free_rigid.nodes(),
+            &free_rigid.rotations(),
             &local,
             &pattern,
             held,

@@ -2,6 +2,7 @@
 //! they hold.
 
 use super::contact::facets_of;
+use super::free_bodies::FreeRotation;
 use super::scatter::{LiftTarget, MatrixSink, ScatterMap};
 use crate::element::{ElementSink, LoadedSurface};
 use crate::error::{Error, Result};
@@ -55,6 +56,8 @@ struct LocalElastic {
     springs: Vec<f64>,
     /// `C v` at these nodes at the last evaluation \[N\].
     dashpots: Vec<f64>,
+    /// The unknown of a torsion spring.
+    rotation: Option<FreeRotation>,
 }
 
 /// A piece of a support and the motions that it resists.
@@ -78,13 +81,14 @@ pub struct ElasticSupports<const D: usize> {
 
 impl<const D: usize> ElasticSupports<D> {
     /// Resolves the supports on the rank's mesh. Without `inertia` there are no dashpots. `free_nodes` are
-    /// the nodes of the free rigid bodies on the rank that owns them.
+    /// the nodes of the free rigid bodies on the rank that owns them, and `rotations` their first free rotations.
     ///
     /// # Errors
     /// A set does not exist, or a coefficient is not finite or negative at a point.
     pub(super) fn new(
         given: &[ElasticSupport<D>],
         free_nodes: &[Option<[u32; 2]>],
+        rotations: &[Option<FreeRotation>],
         local: &LocalMesh<D>,
         pattern: &BlockPattern,
         held: &Held<D>,
@@ -94,6 +98,7 @@ impl<const D: usize> ElasticSupports<D> {
             let none = SupportCoefficients::NONE;
             let damping = if inertia { &support.damping } else { &none };
             let coefficients = [&support.stiffness, damping];
+            let mut rotation = None;
             let patches = match support.on {
                 Grounded::Surface => facets(local, support, coefficients, pattern, held)?,
                 Grounded::Nodes => {
@@ -104,12 +109,21 @@ impl<const D: usize> ElasticSupports<D> {
                     let centre = free_nodes[index].map(|[centre, _]| centre);
                     vec![springs_at(local, centre.into_iter().collect(), coefficients, pattern, held)?]
                 }
+                Grounded::FreeRotation(index, [k, c]) => {
+                    rotation = rotations[index];
+                    let coefficients = [k, if inertia { c } else { 0.0 }];
+                    vec![torsion_spring(local, rotation, coefficients, pattern, held)]
+                }
             };
-            Ok(LocalElastic::new::<D>(support.name.clone(), patches, &local.index))
+            Ok(LocalElastic::new::<D>(support.name.clone(), patches, rotation, &local.index))
         });
+        let is_damped = |support: &ElasticSupport<D>| match support.on {
+            Grounded::FreeRotation(_, [_, c]) => c > 0.0,
+            _ => support.damping.is_given(),
+        };
         Ok(Self {
             supports: supports.collect::<Result<_>>()?,
-            damped: inertia && given.iter().any(|support| support.damping.is_given()),
+            damped: inertia && given.iter().any(is_damped),
         })
     }
 
@@ -198,17 +212,25 @@ impl<const D: usize> ElasticSupports<D> {
         energy
     }
 
-    /// For each support its name, and `receive(node, force)` for each owned node with the force that
-    /// springs and dashpots exert on the bodies at the last evaluation \[N\].
+    /// For each support except torsion springs its name, and `receive(node, force)` for each owned node with
+    /// the force that springs and dashpots exert on the bodies at the last evaluation \[N\].
     pub fn forces<'a>(
         &'a self,
     ) -> impl Iterator<Item = (&'a str, impl Iterator<Item = (usize, [f64; D])> + 'a)> {
-        self.supports.iter().map(|support| {
-            let force = |(k, node): (usize, &u32)| {
-                let at = |i: usize| -support.springs[k * D + i] - support.dashpots[k * D + i];
-                (*node as usize, std::array::from_fn(at))
-            };
+        self.supports.iter().filter(|support| support.rotation.is_none()).map(|support| {
+            let force = |(k, node): (usize, &u32)| (*node as usize, support.force_at(k));
             (support.name.as_str(), support.nodes.iter().enumerate().map(force))
+        })
+    }
+
+    /// For each torsion spring its name and the torque that it exerts on its body at the last evaluation
+    /// [N m]; zero on ranks that do not own the body.
+    pub fn torques(&self) -> impl Iterator<Item = (&str, [f64; 3])> {
+        self.supports.iter().filter_map(|support| {
+            let FreeRotation { component, turn, .. } = support.rotation?;
+            let force = if support.nodes.is_empty() { 0.0 } else { support.force_at::<D>(0)[component] };
+            let square: f64 = turn.iter().map(|x| x * x).sum();
+            Some((support.name.as_str(), turn.map(|x| force * x / square)))
         })
     }
 
@@ -245,7 +267,12 @@ impl<const D: usize> ElasticSupports<D> {
 const UNFELT: f64 = 1e-12;
 
 impl LocalElastic {
-    fn new<const D: usize>(name: String, mut patches: Vec<Patch>, index: &IndexMap) -> Self {
+    fn new<const D: usize>(
+        name: String,
+        mut patches: Vec<Patch>,
+        rotation: Option<FreeRotation>,
+        index: &IndexMap,
+    ) -> Self {
         let of_patch = |patch: &Patch| -> Vec<u32> {
             let pieces = 0..patch.len();
             pieces
@@ -262,7 +289,12 @@ impl LocalElastic {
             patch.rows = (0..patch.len()).flat_map(|piece| patch.map.nodes(piece)).map(row).collect();
         }
         let rows = nodes.len() * D;
-        Self { name, patches, nodes, springs: vec![0.0; rows], dashpots: vec![0.0; rows] }
+        Self { name, patches, nodes, springs: vec![0.0; rows], dashpots: vec![0.0; rows], rotation }
+    }
+
+    /// Force that springs and dashpots exert on node `k` of the support \[N\].
+    fn force_at<const D: usize>(&self, k: usize) -> [f64; D] {
+        std::array::from_fn(|i| -self.springs[k * D + i] - self.dashpots[k * D + i])
     }
 
     /// Adds forces at the nodes of the support to owned rows \[N\].
@@ -382,4 +414,36 @@ fn springs_at<const D: usize>(
         elements: Vec::new(),
         counted,
     })
+}
+
+/// A spring and a dashpot at the only free rotation of a rigid body. The unknown is an angle times a length,
+/// so that both coefficients are those of the angle over the square of that length.
+fn torsion_spring<const D: usize>(
+    local: &LocalMesh<D>,
+    rotation: Option<FreeRotation>,
+    coefficients: [f64; 2],
+    pattern: &BlockPattern,
+    held: &Held<D>,
+) -> Patch {
+    let owned = rotation.and_then(|rotation| Some((rotation.node?, rotation)));
+    let matrix = |coefficient: f64| {
+        let entries = owned.iter().flat_map(|(_, rotation)| {
+            let square: f64 = rotation.turn.iter().map(|x| x * x).sum();
+            let at = rotation.component * (D + 1);
+            (0..D * D).map(move |entry| if entry == at { coefficient * square } else { 0.0 })
+        });
+        if coefficient > 0.0 { entries.collect() } else { Vec::new() }
+    };
+    let [stiffness, damping] = coefficients.map(matrix);
+    let felt = stiffness.iter().map(|&entry| if entry > 0.0 { 1.0 } else { 0.0 }).collect();
+    let nodes: Vec<u32> = owned.iter().map(|(node, _)| *node).collect();
+    Patch {
+        counted: vec![true; nodes.len()],
+        map: ScatterMap::new::<D>(1, nodes, pattern, &local.index, held),
+        rows: Vec::new(),
+        stiffness,
+        damping,
+        felt,
+        elements: Vec::new(),
+    }
 }

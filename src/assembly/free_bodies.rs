@@ -41,6 +41,17 @@ pub(super) struct FreeBody<const D: usize> {
     orientation: UnitQuaternion<f64>,
 }
 
+/// An unknown that rotates a free body about an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FreeRotation {
+    /// Local node; `None` on ranks that do not own it.
+    pub node: Option<u32>,
+    /// Component of the unknown.
+    pub component: usize,
+    /// Rotation vector of a unit of the unknown [rad/m].
+    pub turn: [f64; 3],
+}
+
 /// Whether stored rotations move from the start of a step to its end, or back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TurnDirection {
@@ -108,7 +119,10 @@ impl<const D: usize> FreeBody<D> {
     fn is_loose(&self, node: usize, component: usize) -> bool {
         let directions = self.model.stiffness.directions(&self.rigid.centre.into(), &Vector::zeros());
         // A coefficient that is not valid has been reported.
-        let sprung = node == 0 && directions.is_ok_and(|matrix| matrix[(component, component)] > 0.0);
+        let sprung = match node {
+            0 => directions.is_ok_and(|matrix| matrix[(component, component)] > 0.0),
+            _ => self.model.has_torsion_spring,
+        };
         !self.is_held(node, component) && !sprung
     }
 
@@ -236,6 +250,17 @@ impl<const D: usize> FreeBodies<D> {
     /// Local nodes of each body, displacement and rotation; `None` on ranks that do not own them.
     pub fn nodes(&self) -> Vec<Option<[u32; 2]>> {
         self.bodies.iter().map(|body| body.nodes).collect()
+    }
+
+    /// The first free rotation of each body; `None` for a body without any.
+    pub fn rotations(&self) -> Vec<Option<FreeRotation>> {
+        let of = |body: &FreeBody<D>| {
+            let component = (0..FreeRigid::<D>::ROTATIONS).find(|&i| !body.is_held(1, i))?;
+            let unit = Vector::from_fn(|i, _| f64::from(u8::from(i == component)));
+            let turn = body.rigid.step_vector(&unit);
+            Some(FreeRotation { node: body.nodes.map(|[_, rotation]| rotation), component, turn })
+        };
+        self.bodies.iter().map(of).collect()
     }
 
     /// The bodies whose nodes this rank owns.

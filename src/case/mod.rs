@@ -51,7 +51,7 @@ pub use output::{Checkpoint, FieldFormat, Fields, Line, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
 pub use region::Region;
-pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, inertia_tensor};
+pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, TorsionSpring, inertia_tensor};
 pub use roller::Roller;
 pub use sets::{BodySet, Combination, Members, Selection, SetNames};
 pub use solver::{Krylov, Newton, Solver, Strategy, Variant};

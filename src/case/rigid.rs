@@ -63,6 +63,10 @@ pub struct FreeMotion {
     /// not turn with the body. They exert the force `-k u - c v` [per metre of depth in 2D].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spring: Option<At<Spring>>,
+    /// Spring and dashpot between the rotation of the body and the ground. They exert the torque
+    /// `-k angle - c spin` about the only axis about which the body is free to rotate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsion_spring: Option<At<TorsionSpring>>,
     /// Acceleration of gravity \[m/s2\], one entry per direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<At<Vec<VaryingAcceleration>>>,
@@ -72,6 +76,19 @@ pub struct FreeMotion {
     /// Initial angular velocity \[1/s\]: one entry in 2D, three in 3D; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_spin: Option<At<Vec<Rate>>>,
+}
+
+/// A spring and a dashpot that resist the rotation of a free rigid body about its only free axis.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TorsionSpring {
+    /// Torque per angle [N m, per metre of depth in 2D], >= 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Quantity<1, 2, -2>>,
+    /// Torque per angular velocity [N m s, per metre of depth in 2D], >= 0. The static scheme has no
+    /// velocities and refuses it; a static start ignores it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Quantity<1, 2, -1>>,
 }
 
 /// The tensor of inertia from one moment about z, three moments about x, y and z, or the six entries
@@ -119,6 +136,12 @@ impl Degree {
 }
 
 impl FreeMotion {
+    /// Axes about which the body is free to rotate, in this number of dimensions; 0 is x.
+    pub fn free_axes(&self, dimension: usize) -> impl Iterator<Item = usize> {
+        let axes = if dimension == 2 { 2..3 } else { 0..3 };
+        axes.filter(|&axis| !self.fixes(|degree| degree.axis() == Some(axis)))
+    }
+
     /// Whether a degree of freedom is fixed.
     pub fn fixes(&self, wanted: impl Fn(Degree) -> bool) -> bool {
         self.fixed.iter().any(|degree| wanted(degree.value))

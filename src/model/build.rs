@@ -46,7 +46,7 @@ impl<const D: usize> Model<D> {
             probes: Vec::new(),
             lines: Vec::new(),
         };
-        model.elastic_supports.extend(springs_of_free_bodies(case));
+        model.elastic_supports.extend(springs_of_free_bodies(case).chain(torsion_springs(case)));
         for (name, boundary) in case.boundary.iter() {
             for action in boundary.actions() {
                 model.add(case, name, &boundary.on, action);
@@ -291,6 +291,27 @@ fn springs_of_free_bodies<const D: usize>(case: &Case) -> impl Iterator<Item = E
     })
 }
 
+/// The torsion springs of free rigid bodies.
+fn torsion_springs<const D: usize>(case: &Case) -> impl Iterator<Item = ElasticSupport<D>> {
+    let bodies = case.rigid.iter().filter_map(|(name, body)| Some((name, body.free.as_ref()?)));
+    bodies.enumerate().filter(|(_, (_, free))| free.torsion_spring.is_some()).map(|(index, (name, free))| {
+        ElasticSupport {
+            name: format!("{}.torsion_spring", name.value),
+            set: name.value.clone(),
+            on: Grounded::FreeRotation(index, torsion_of(free)),
+            stiffness: SupportCoefficients::NONE,
+            damping: SupportCoefficients::NONE,
+        }
+    })
+}
+
+/// Stiffness [N m] and damping [N m s] of the torsion spring of a free body; zero without one.
+fn torsion_of(free: &case::FreeMotion) -> [f64; 2] {
+    free.torsion_spring.as_ref().map_or([0.0; 2], |spring| {
+        [spring.stiffness.map_or(0.0, |k| k.value), spring.damping.map_or(0.0, |c| c.value)]
+    })
+}
+
 /// A rigid body that forces move.
 fn free_body<const D: usize>(case: &Case, body: &case::Rigid, free: &case::FreeMotion) -> FreeBodyModel<D> {
     let numbers = |list: Option<Vec<f64>>| -> Vec<f64> { list.unwrap_or_default() };
@@ -326,6 +347,7 @@ fn free_body<const D: usize>(case: &Case, body: &case::Rigid, free: &case::FreeM
             case,
             free.spring.as_ref().and_then(|spring| spring.stiffness.as_deref()).map(Components::as_array),
         ),
+        has_torsion_spring: torsion_of(free)[0] > 0.0,
         torque: torque.map(|component| component.map(|function| case.function(function))),
         gravity: free.gravity.iter().flat_map(|gravity| gravity.iter()).map(|g| case.function(g)).collect(),
         initial_velocity: Vector::from_fn(|i, _| velocity.get(i).copied().unwrap_or(0.0)),

@@ -44,7 +44,7 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
         quantity: ReportedQuantity::rotation(
             "moment",
             "N m",
-            "moment of this force about the origin, at the current positions; about a point c it is moment - c x force",
+            "moment of this force about the origin, at the current positions; about a point c it is moment - c x force. Of a torsion spring, its torque",
         ),
         value: Value::Vector(|reaction| reaction.moment),
     },
@@ -88,6 +88,9 @@ pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalanc
             (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));
         }
         reactions.push(reaction);
+    }
+    for (name, torque) in system.bodies().elastic_supports().torques() {
+        reactions.push(Reaction { moment: torque, ..none(name) });
     }
     for (name, forces) in system.bodies().ties().forces() {
         let mut reaction = none(name);

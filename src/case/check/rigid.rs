@@ -1,6 +1,8 @@
 //! Checks of `rigid`.
 
-use super::super::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, Strategy, inertia_tensor};
+use super::super::{
+    Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, Strategy, TorsionSpring, inertia_tensor,
+};
 use super::Check;
 use crate::contact::obstacle::NoSolid;
 use crate::reader::at::At;
@@ -38,6 +40,7 @@ impl Check<'_> {
     /// A free rigid body has mass where it needs it, and something that is free.
     fn free(&mut self, name: &At<String>, body: &Rigid, free: &At<FreeMotion>) {
         free.spring.iter().for_each(|spring| self.spring(name, spring));
+        free.torsion_spring.iter().for_each(|spring| self.torsion_spring(name, body, free, spring));
         let name = &name.value;
         self.mass_of(name, body, free);
         self.degrees_of(name, body, free);
@@ -95,6 +98,39 @@ impl Check<'_> {
                 format!("the conserving scheme has no free rigid bodies, but '{name}' is free"),
             );
             self.found.cure("use the scheme midpoint or generalized_alpha, or prescribe the motion");
+        }
+    }
+
+    /// A torsion spring has coefficients, and one axis about which the body turns.
+    fn torsion_spring(
+        &mut self,
+        name: &At<String>,
+        body: &Rigid,
+        free: &FreeMotion,
+        spring: &At<TorsionSpring>,
+    ) {
+        if spring.stiffness.is_none() && spring.damping.is_none() {
+            self.found.say(spring.place, "the torsion spring has neither stiffness nor damping");
+            self.found.cure("write for example { stiffness: 20 }");
+        }
+        if let Some(k) = spring.stiffness {
+            self.found.not_negative("the stiffness of a torsion spring", k.value, k.place);
+        }
+        if let Some(c) = spring.damping {
+            self.found.not_negative("the damping of a torsion spring", c.value, c.place);
+            self.dashpots_move(c.place);
+        }
+        let Some(dimension) = self.dimension else { return };
+        let axes = free.free_axes(dimension).count();
+        if rotation_of(body).is_some() || axes == 0 {
+            let message = format!("the torsion spring of '{}' has no rotation that is free", name.value);
+            self.found.say(spring.place, message);
+            self.found.cure("remove it, or the prescribed or fixed rotation");
+        } else if axes > 1 {
+            let message =
+                format!("the torsion spring of '{}' acts about one axis, but {axes} are free", name.value);
+            self.found.say(spring.place, message);
+            self.found.cure("fix the other rotations, for example fixed: [rx, ry]");
         }
     }
 
