@@ -515,7 +515,7 @@ fn a_torsion_spring_turns_a_body_back() {
     let turning =
         |free: &str, time: &str| on_springs(free, time).replace("fixed: [rz], ", "fixed: [ux, uy], ");
     let free = "torsion_spring: { stiffness: 4, damping: 0.04 }, initial_spin: [30]";
-    let run = |step: f64, ranks| {
+    let swing = |step: f64, ranks| {
         let time = format!("{{ end: 0.5, step: {step}, scheme: {{ newmark: {{}} }} }}");
         Results::of(&turning(free, &time), ranks)
     };
@@ -524,7 +524,7 @@ fn a_torsion_spring_turns_a_body_back() {
     let damped = omega * (1.0 - xi * xi).sqrt();
     let exact = 30.0 / damped * (-xi * omega * 0.5).exp() * (damped * 0.5).sin();
     let angle = |results: &Results| results.table("rigid.csv").last("rotation_z");
-    let [coarse, fine] = [5e-3, 2.5e-3].map(|step| run(step, 1));
+    let [coarse, fine] = [5e-3, 2.5e-3].map(|step| swing(step, 1));
     let [error, finer] = [&coarse, &fine].map(|results| (angle(results) - exact).abs());
     assert!(error < 2e-2 && (3.7..4.3).contains(&(error / finer)), "{error:e}, {}", error / finer);
     let energy = coarse.table("energy.csv");
@@ -540,7 +540,7 @@ fn a_torsion_spring_turns_a_body_back() {
     };
     let expected = -4.0 * theta - 0.04 * coarse.table("rigid.csv").last("spin_z");
     assert!((torque(&coarse, "moment_z") / expected - 1.0).abs() < 1e-9);
-    assert!((angle(&run(5e-3, 3)) - theta).abs() < 1e-12);
+    assert!((angle(&swing(5e-3, 3)) - theta).abs() < 1e-12);
 
     let held = "{ end: 1, scheme: { static: { increments: 2 } } }";
     let pushed = Results::of(&turning("torsion_spring: { stiffness: 4 }, torque: { z: '10 * t' }", held), 2);

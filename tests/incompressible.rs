@@ -72,6 +72,44 @@ fn a_block_under_a_partial_load_does_not_lock() {
     assert!(locked < 0.1 * reference, "{locked}");
 }
 
+/// A cube of tet4, harder in its upper half, is dragged over a slab of hex8, both with patches. Results do not
+/// depend on the number of ranks, and the conserving scheme keeps the energy.
+#[test]
+fn patches_in_contact_on_1_2_and_5_ranks() {
+    let text = "dimension: 3
+bodies:
+  cube:
+    mesh: { box: { min: [0, 0, 0], max: [0.1, 0.1, 0.05], cells: [3, 3, 2], element: tet4 } }
+    material: { neo_hookean: { young_modulus: 5.0e+6, poisson_ratio: 0.499 } }
+    density: 1100
+    sets: { hard: { of: elements, where: 'z > 0.0249' } }
+    regions: { hard: { material: { neo_hookean: { young_modulus: 5.0e+7, poisson_ratio: 0.3 } } } }
+  slab:
+    mesh: { box: { min: [-0.05, -0.05, -0.03], max: [0.15, 0.15, 0], cells: [4, 4, 2], element: hex8 } }
+    material: { mooney_rivlin: { c10: 4.0e+5, c01: 1.0e+5, poisson_ratio: 0.495 } }
+    density: 1100
+    locking: patch_dilatation
+contact:
+  sole:
+    contactor: cube.bottom
+    target: slab.top
+    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
+boundary:
+  top: { on: cube.top, displacement: { x: '0.5 * t', y: 0, z: '-0.2 * t' } }
+  floor: { on: slab.bottom, displacement: { x: 0, y: 0, z: 0 } }
+time: { end: 0.002, step: 0.0005, scheme: { conserving: {} } }
+output: { probes: { corner: { at: [0.1, 0.1, 0], on: cube } } }
+";
+    let results = [1, 2, 5].map(|ranks| Results::of(text, ranks));
+    let moved = results.each_ref().map(|results| results.table("probes.csv").last("corner.u_x"));
+    assert!(moved.iter().all(|u| (u / moved[0] - 1.0).abs() < 1e-8), "{moved:?}");
+    for results in &results {
+        let energy = results.table("energy.csv");
+        let [numerical, work] = ["numerical", "external_work"].map(|column| energy.last(column));
+        assert!(work > 0.0 && numerical.abs() < 1e-9 * work, "{numerical:e} of {work:e} J");
+    }
+}
+
 /// `selective_reduced` on simplices is refused, with the line of the element and what to write.
 #[test]
 fn reduced_integration_of_simplices_is_refused() {

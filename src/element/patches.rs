@@ -35,8 +35,10 @@ pub struct PatchGroup<const D: usize> {
     table_of: Vec<u8>,
     /// Number of each element in the mesh, or [`ElementPatch::ELSEWHERE`].
     elements: Vec<u32>,
-    /// Index of each node of each element among those of its patch.
+    /// Index of each node of each element among those of its patch. Those of patch `p` begin at
+    /// `first_slots[p]`.
     slots: Vec<u16>,
+    first_slots: Vec<u32>,
     /// Shape functions at the points of the full rule, by kind.
     tables: Vec<(ElementKind, ShapeTable)>,
 }
@@ -58,6 +60,7 @@ impl<const D: usize> PatchGroup<D> {
             table_of: Vec::new(),
             elements: Vec::new(),
             slots: Vec::new(),
+            first_slots: Vec::new(),
             tables: Vec::new(),
         };
         for &number in patches {
@@ -86,6 +89,7 @@ impl<const D: usize> PatchGroup<D> {
             return Err(Error::internal("a patch that does not fit its group"));
         }
         let slot = |node| nodes.iter().position(|other| other == node).unwrap_or_default() as u16;
+        self.first_slots.push(self.slots.len() as u32);
         self.slots.extend(patch.nodes.iter().map(slot));
         for &kind in &patch.kinds {
             let known = self.tables.iter().position(|(known, _)| *known == kind);
@@ -135,9 +139,8 @@ impl<const D: usize> PatchGroup<D> {
     /// A patch with an inverted element has no meaning. The group of the element reports it.
     pub fn evaluate(&self, u: &[f64], request: Request, sink: &mut dyn ElementSink) {
         let mut work = Work::new(self);
-        let mut slots = &self.slots[..];
         for patch in 0..self.len() {
-            work.visit(self, patch, &mut slots, [u]);
+            work.visit(self, patch, [u]);
             let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
             let [pressure, curvature] = self.law.slope_and_curvature(dilatation);
             work.add_volume_terms(self.law, pressure, curvature, request.stiffness);
@@ -153,9 +156,8 @@ impl<const D: usize> PatchGroup<D> {
             return self.evaluate(middle, request, sink);
         }
         let mut work = Work::new(self);
-        let mut slots = &self.slots[..];
         for patch in 0..self.len() {
-            work.visit(self, patch, &mut slots, [start, middle]);
+            work.visit(self, patch, [start, middle]);
             let before = work.mean(|point| self.law.dilatation(&point.grad_u[0]));
             let after = work.mean(|point| self.law.dilatation(&point.motion().end));
             let [pressure, curvature] = self.law.slope_over_step(before, after);
@@ -167,14 +169,11 @@ impl<const D: usize> PatchGroup<D> {
     /// Volumetric energy \[J\] of the patches with `mine[patch]`.
     pub fn energy(&self, u: &[f64], mine: &[bool]) -> f64 {
         let mut work = Work::new(self);
-        let mut slots = &self.slots[..];
         let mut total = 0.0;
-        for (patch, mine) in mine.iter().enumerate() {
-            work.visit(self, patch, &mut slots, [u]);
-            if *mine {
-                let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
-                total += work.volume() * self.law.energy(dilatation);
-            }
+        for (patch, _) in mine.iter().enumerate().filter(|(_, mine)| **mine) {
+            work.visit(self, patch, [u]);
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+            total += work.volume() * self.law.energy(dilatation);
         }
         total
     }
@@ -183,9 +182,8 @@ impl<const D: usize> PatchGroup<D> {
     /// that this rank has.
     pub fn pressures(&self, u: &[f64], mut receive: impl FnMut(u32, f64)) {
         let mut work = Work::new(self);
-        let mut slots = &self.slots[..];
         for patch in 0..self.len() {
-            work.visit(self, patch, &mut slots, [u]);
+            work.visit(self, patch, [u]);
             let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
             let [pressure, _] = self.law.slope_and_curvature(dilatation);
             let own = self.elements(patch).iter().filter(|&&element| element != ElementPatch::ELSEWHERE);
@@ -267,18 +265,18 @@ impl<const D: usize, const STATES: usize> Work<D, STATES> {
         }
     }
 
-    /// Moves to a patch: sets its points at each of the displacements `u` and clears the sums. `slots`
-    /// begins with those of the patch, and afterwards with those of the next.
-    fn visit(&mut self, group: &PatchGroup<D>, patch: usize, slots: &mut &[u16], u: [&[f64]; STATES]) {
+    /// Moves to a patch: sets its points at each of the displacements `u`.
+    fn visit(&mut self, group: &PatchGroup<D>, patch: usize, u: [&[f64]; STATES]) {
         self.points.clear();
         self.slots.clear();
         self.gradients.clear();
         self.ratios.clear();
         let first = patch * self.width;
+        let mut slots = &group.slots[group.first_slots[patch] as usize..];
         for member in group.offsets[patch] as usize..group.offsets[patch + 1] as usize {
             let (_, table) = &group.tables[usize::from(group.table_of[member])];
             let (of_element, rest) = slots.split_at(table.nodes);
-            *slots = rest;
+            slots = rest;
             let at = |slot: &u16| first + usize::from(*slot);
             self.places.clear();
             self.places.extend(of_element.iter().map(|slot| group.points[at(slot)]));
@@ -291,8 +289,14 @@ impl<const D: usize, const STATES: usize> Work<D, STATES> {
             }
             self.add_points(group, table, of_element);
         }
+    }
+
+    /// Clears the sums.
+    fn clear(&mut self, wanted: Option<Terms>) {
         self.force.fill(0.0);
-        self.stiffness.fill(0.0);
+        if wanted.is_some() {
+            self.stiffness.fill(0.0);
+        }
         self.flux.iter_mut().for_each(|flux| flux.fill([0.0; D]));
     }
 
@@ -363,6 +367,7 @@ fn factors(wanted: Terms) -> [f64; 2] {
 impl<const D: usize> Work<D, 1> {
     /// Adds force and stiffness at a pressure.
     fn add_volume_terms(&mut self, law: VolumeLaw, pressure: f64, curvature: f64, wanted: Option<Terms>) {
+        self.clear(wanted);
         for number in 0..self.points.len() {
             let PatchPoint { volume, grad_u: [grad_u], hoop, nodes: [begin, end] } = self.points[number];
             let weight = pressure * volume;
@@ -491,6 +496,7 @@ impl<const D: usize> Work<D, 2> {
     /// Adds force and stiffness over a step at a pressure, with the stress `p G` of
     /// [`VolumeStep`](crate::material::VolumeStep).
     fn add_step_terms(&mut self, law: VolumeLaw, pressure: f64, curvature: f64, wanted: Option<Terms>) {
+        self.clear(wanted);
         for number in 0..self.points.len() {
             let motion = self.points[number].motion();
             let PatchPoint { volume, nodes: [begin, end], .. } = self.points[number];
