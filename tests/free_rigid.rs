@@ -508,8 +508,7 @@ fn springs_hold_a_free_body_in_statics() {
 }
 
 /// A disc on a torsion spring and a dashpot is the damped oscillator of its angle, to the second order of the
-/// scheme, also in space about an axis that is not a coordinate of the unknowns. Its energy is in the ledger
-/// and its torque in `reactions.csv`.
+/// scheme. Its energy is in the ledger and its torque in `reactions.csv`. In statics the spring holds the disc.
 #[test]
 fn a_torsion_spring_turns_a_body_back() {
     let turning =

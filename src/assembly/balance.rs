@@ -5,6 +5,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact_forces::add_contact_forces;
 use super::external::Moment;
 use super::forces::SolidFields;
+use super::patches::solid_terms;
 use super::stages::{active_damping, hold};
 use super::system::{ContactSystem, ForceParts};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
@@ -92,13 +93,10 @@ impl<const D: usize> ContactSystem<D> {
             let _running = phases.forces.begin();
             *fault = None;
             internal.fill(0.0);
-            for solid in solids {
-                if let Err(inverted) = solid.add_force(&SolidFields::of(stage, &u, &u_start), internal) {
+            for terms in solid_terms(solids, patches) {
+                if let Err(inverted) = terms.add_force(&SolidFields::of(stage, &u, &u_start), internal) {
                     fault.get_or_insert(inverted);
                 }
-            }
-            for patches in patches {
-                patches.add_force(&SolidFields::of(stage, &u, &u_start), internal);
             }
             elastic.evaluate(&u, damped.then_some(&v[..]));
             if let Err(error) = ties.evaluate(&u, times) {

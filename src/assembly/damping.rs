@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::forces::SolidFields;
 use super::mass::{RestrictedSlot, Supported, masses_of, restricted};
-use super::patches::SolidPatches;
+use super::patches::{SolidPatches, solid_terms};
 use super::redistribution::Redistribution;
 use super::scatter::ScatterMap;
 use super::solid::SolidElements;
@@ -40,31 +40,25 @@ impl DampingMatrix {
         let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
         let at_rest = vec![0.0; supported.held.len()];
         let undeformed = SolidFields { u: &at_rest, start: None, viscous: ViscousState::Relaxed };
-        let damped = solids.iter().filter_map(|solid| Some((solid, solid.damping?)));
         let filled = matrix.fill(|values| {
             values.zero();
-            for patches in patches {
-                if let Some(rayleigh) = patches.damping.filter(|rayleigh| rayleigh.stiffness > 0.0) {
-                    let factor = rayleigh.stiffness;
-                    let mut sink = ScaledSink { map: &patches.map, values, factor, scaled: Vec::new() };
-                    patches.evaluate(&undeformed, Request { stiffness: Some(Terms::MATERIAL) }, &mut sink);
-                }
+            for solid in solids {
+                let Some(rayleigh) = solid.damping.filter(|rayleigh| rayleigh.mass > 0.0) else { continue };
+                masses_of(solid, redistribution, |slot, mass| {
+                    if slot != NO_SLOT {
+                        values.add_isotropic(slot, rayleigh.mass * mass);
+                    }
+                });
             }
-            for (solid, rayleigh) in damped {
-                if rayleigh.mass > 0.0 {
-                    masses_of(solid, redistribution, |slot, mass| {
-                        if slot != NO_SLOT {
-                            values.add_isotropic(slot, rayleigh.mass * mass);
-                        }
-                    });
-                }
-                if rayleigh.stiffness > 0.0 {
-                    let scaled = Vec::new();
-                    let mut sink = ScaledSink { map: &solid.map, values, factor: rayleigh.stiffness, scaled };
-                    let request = Request { stiffness: Some(Terms::MATERIAL) };
-                    let done = solid.evaluate(&undeformed, request, &mut sink);
-                    done.map_err(|_| Error::internal("an element of the mesh is inverted"))?;
-                }
+            for terms in solid_terms(solids, patches) {
+                let Some(rayleigh) = terms.damping().filter(|rayleigh| rayleigh.stiffness > 0.0) else {
+                    continue;
+                };
+                let scaled = Vec::new();
+                let mut sink = ScaledSink { map: terms.map(), values, factor: rayleigh.stiffness, scaled };
+                let request = Request { stiffness: Some(Terms::MATERIAL) };
+                let done = terms.evaluate(&undeformed, request, &mut sink);
+                done.map_err(|_| Error::internal("an element of the mesh is inverted"))?;
             }
             Ok(())
         })?;

@@ -1,10 +1,11 @@
 //! Internal forces and stiffness of the solids, swept group by group.
 
-use super::scatter::{ForceSink, LiftTarget, MatrixSink};
+use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use super::solid::SolidElements;
 use super::viscous::ViscousState;
 use crate::dynamics::{OverStep, Stage};
 use crate::element::{ElementSink, Inverted, Request};
+use crate::model::RayleighFactors;
 use crate::petsc::BlockValues;
 use crate::space::Held;
 use crate::terms::Terms;
@@ -32,20 +33,60 @@ impl<'a> SolidFields<'a> {
     }
 }
 
-impl<const D: usize> SolidElements<D> {
+/// Terms of the solids that are evaluated piece by piece: elements, or patches of elements.
+pub trait SolidTerms<const D: usize> {
+    /// Positions of the entries of each piece.
+    fn map(&self) -> &ScatterMap;
+
+    /// Damping of the body.
+    fn damping(&self) -> Option<RayleighFactors>;
+
+    /// Evaluates all pieces.
+    ///
+    /// # Errors
+    /// The first inverted element.
+    fn evaluate(
+        &self,
+        at: &SolidFields,
+        request: Request,
+        sink: &mut dyn ElementSink,
+    ) -> std::result::Result<(), Inverted>;
+
     /// Adds `Q` to the owned rows of `force` \[N\].
     ///
     /// # Errors
     /// The first inverted element.
-    pub fn add_force(&self, at: &SolidFields, force: &mut [f64]) -> std::result::Result<(), Inverted> {
-        self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force })
+    fn add_force(&self, at: &SolidFields, force: &mut [f64]) -> std::result::Result<(), Inverted> {
+        self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: self.map(), force })
     }
 
-    /// Evaluates all elements.
+    /// Adds the requested stiffness terms to the matrix.
     ///
     /// # Errors
     /// The first inverted element.
-    pub(super) fn evaluate(
+    fn add_stiffness(
+        &self,
+        at: &SolidFields,
+        terms: Terms,
+        held: &Held<D>,
+        values: &mut BlockValues,
+        lift: Option<LiftTarget>,
+    ) -> std::result::Result<(), Inverted> {
+        let mut sink = MatrixSink::<D>::new(self.map(), held, values, lift);
+        self.evaluate(at, Request { stiffness: Some(terms) }, &mut sink)
+    }
+}
+
+impl<const D: usize> SolidTerms<D> for SolidElements<D> {
+    fn map(&self) -> &ScatterMap {
+        &self.map
+    }
+
+    fn damping(&self) -> Option<RayleighFactors> {
+        self.damping
+    }
+
+    fn evaluate(
         &self,
         at: &SolidFields,
         request: Request,
@@ -58,22 +99,5 @@ impl<const D: usize> SolidElements<D> {
                 self.group.evaluate_viscous(at.u, viscous, request, sink)
             }
         }
-    }
-
-    /// Adds the requested stiffness terms to the matrix.
-    ///
-    /// # Errors
-    /// The first inverted element.
-    pub fn add_stiffness(
-        &self,
-        at: &SolidFields,
-        terms: Terms,
-        held: &Held<D>,
-        values: &mut BlockValues,
-        lift: Option<LiftTarget>,
-    ) -> std::result::Result<(), Inverted> {
-        let scratch = Vec::with_capacity((self.map.width * D).pow(2));
-        let mut sink = MatrixSink::<D> { map: &self.map, held, values, lift, scratch };
-        self.evaluate(at, Request { stiffness: Some(terms) }, &mut sink)
     }
 }

@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::forces::SolidFields;
-use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
-use super::solid::BodyPhysics;
-use crate::element::{ElementSink, PatchGroup, Request};
+use super::forces::{SolidFields, SolidTerms};
+use super::scatter::ScatterMap;
+use super::solid::{BodyPhysics, SolidElements};
+use crate::element::{ElementSink, Inverted, PatchGroup, Request};
 use crate::error::Result;
 use crate::mesh::ElementPatch;
 use crate::model::RayleighFactors;
 use crate::partition::LocalMesh;
-use crate::petsc::{BlockPattern, BlockValues};
+use crate::petsc::BlockPattern;
 use crate::space::Held;
-use crate::terms::Terms;
 
 /// Patches of one material with equal numbers of nodes.
 pub struct SolidPatches<const D: usize> {
@@ -20,8 +19,7 @@ pub struct SolidPatches<const D: usize> {
     group: PatchGroup<D>,
     /// Positions of its entries.
     pub map: ScatterMap,
-    /// Damping of the body.
-    pub damping: Option<RayleighFactors>,
+    damping: Option<RayleighFactors>,
     /// Index of the body.
     pub body: usize,
     /// For each patch, whether this rank counts it in sums over all ranks: that which owns its first element.
@@ -55,36 +53,43 @@ pub fn patches<const D: usize>(
 }
 
 impl<const D: usize> SolidPatches<D> {
-    /// Adds the forces to the owned rows \[N\].
-    pub fn add_force(&self, at: &SolidFields, force: &mut [f64]) {
-        self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force });
-    }
-
-    /// Evaluates all patches.
-    pub(super) fn evaluate(&self, at: &SolidFields, request: Request, sink: &mut dyn ElementSink) {
-        match at.start {
-            Some(start) => self.group.evaluate_step(start, at.u, request, sink),
-            None => self.group.evaluate(at.u, request, sink),
-        }
-    }
-
-    /// Adds the requested stiffness terms to the matrix.
-    pub fn add_stiffness(
-        &self,
-        at: &SolidFields,
-        terms: Terms,
-        held: &Held<D>,
-        values: &mut BlockValues,
-        lift: Option<LiftTarget>,
-    ) {
-        let mut sink = MatrixSink::<D>::new(&self.map, held, values, lift);
-        self.evaluate(at, Request { stiffness: Some(terms) }, &mut sink);
-    }
-
     /// Volumetric energy of the patches that this rank counts \[J\].
     pub fn energy(&self, u: &[f64]) -> f64 {
         self.group.energy(u, &self.counted)
     }
+}
+
+/// Patches never report an inverted element: the group of the element does.
+impl<const D: usize> SolidTerms<D> for SolidPatches<D> {
+    fn map(&self) -> &ScatterMap {
+        &self.map
+    }
+
+    fn damping(&self) -> Option<RayleighFactors> {
+        self.damping
+    }
+
+    fn evaluate(
+        &self,
+        at: &SolidFields,
+        request: Request,
+        sink: &mut dyn ElementSink,
+    ) -> std::result::Result<(), Inverted> {
+        match at.start {
+            Some(start) => self.group.evaluate_step(start, at.u, request, sink),
+            None => self.group.evaluate(at.u, request, sink),
+        }
+        Ok(())
+    }
+}
+
+/// All terms of the solids.
+pub fn solid_terms<'a, const D: usize>(
+    solids: &'a [SolidElements<D>],
+    patches: &'a [SolidPatches<D>],
+) -> impl Iterator<Item = &'a dyn SolidTerms<D>> {
+    let of_patches = patches.iter().map(|patches| patches as &dyn SolidTerms<D>);
+    solids.iter().map(|solid| solid as &dyn SolidTerms<D>).chain(of_patches)
 }
 
 /// The slope of the volumetric energy \[Pa\] of each element of the rank that is in a patch; empty without

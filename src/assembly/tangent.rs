@@ -6,6 +6,7 @@ use super::contact::LocalContact;
 use super::external::External;
 use super::forces::SolidFields;
 use super::interface::Opening;
+use super::patches::solid_terms;
 use super::scatter::LiftTarget;
 use super::stages::{MatrixTarget, active_damping, hold};
 use super::system::ContactSystem;
@@ -108,16 +109,11 @@ impl<const D: usize> ContactSystem<D> {
             let mut inverted = Ok(());
             let mut bodies = |values: &mut BlockValues, mut lift: Option<LiftTarget>| {
                 let _running = phases.tangent.begin();
-                for solid in solids {
+                for solid in solid_terms(solids, patches) {
                     let at = SolidFields::of(stage, &u, &u_start);
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
                     let done = solid.add_stiffness(&at, terms, held, values, lift);
                     inverted = inverted.and(done);
-                }
-                for patches in patches {
-                    let at = SolidFields::of(stage, &u, &u_start);
-                    let lift = lift.as_mut().map(LiftTarget::reborrow);
-                    patches.add_stiffness(&at, terms, held, values, lift);
                 }
                 if !of_elastic.is_empty() && !elastic.is_empty() {
                     let lift = lift.as_mut().map(LiftTarget::reborrow);

@@ -141,7 +141,7 @@ impl<const D: usize> PatchGroup<D> {
         let mut work = Work::new(self);
         for patch in 0..self.len() {
             work.visit(self, patch, [u]);
-            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space()));
             let [pressure, curvature] = self.law.slope_and_curvature(dilatation);
             work.add_volume_terms(self.law, pressure, curvature, request.stiffness);
             work.emit(patch, request, sink);
@@ -172,7 +172,7 @@ impl<const D: usize> PatchGroup<D> {
         let mut total = 0.0;
         for (patch, _) in mine.iter().enumerate().filter(|(_, mine)| **mine) {
             work.visit(self, patch, [u]);
-            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space()));
             total += work.volume() * self.law.energy(dilatation);
         }
         total
@@ -184,7 +184,7 @@ impl<const D: usize> PatchGroup<D> {
         let mut work = Work::new(self);
         for patch in 0..self.len() {
             work.visit(self, patch, [u]);
-            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space()));
             let [pressure, _] = self.law.slope_and_curvature(dilatation);
             let own = self.elements(patch).iter().filter(|&&element| element != ElementPatch::ELSEWHERE);
             own.for_each(|&element| receive(element, pressure));
@@ -206,10 +206,10 @@ struct PatchPoint<const D: usize, const STATES: usize> {
 }
 
 impl<const D: usize, const STATES: usize> PatchPoint<D, STATES> {
-    /// The displacement gradient in space.
-    fn in_space(&self, state: usize) -> Square<f64, 3> {
+    /// The displacement gradient of the first state in space.
+    fn in_space(&self) -> Square<f64, 3> {
         let mut solid = [[0.0; 3]; 3];
-        for (solid, plane) in solid.iter_mut().zip(&self.grad_u[state]) {
+        for (solid, plane) in solid.iter_mut().zip(&self.grad_u[0]) {
             solid[..D].copy_from_slice(plane);
         }
         if D == 2 {
@@ -372,7 +372,8 @@ impl<const D: usize> Work<D, 1> {
             let PatchPoint { volume, grad_u: [grad_u], hoop, nodes: [begin, end] } = self.points[number];
             let weight = pressure * volume;
             let plane = law.gradient(&grad_u);
-            let [ratio, stretch] = [1.0 + det_minus_one(&grad_u), 1.0 + hoop];
+            let ratio = 1.0 + det_minus_one(&grad_u);
+            let stretch = 1.0 + hoop;
             // ds/dF in the plane and around the axis.
             let (plane, around) = match law.form {
                 Volumetric::Rubber | Volumetric::Logarithmic => (scale_all(&plane, stretch), ratio),
@@ -449,10 +450,13 @@ impl<const D: usize> Work<D, 1> {
     fn add_skew(&mut self, [begin, end]: [usize; 2], in_plane: f64, across: f64) {
         let is_revolved = self.ratios[begin..end].iter().any(|&ratio| ratio != 0.0);
         for k in 0..end - begin {
-            let (a, h_a, n_a) = (usize::from(self.slots[begin + k]), self.changes[k], self.ratios[begin + k]);
+            let a = usize::from(self.slots[begin + k]);
+            let h_a = self.changes[k];
+            let n_a = self.ratios[begin + k];
             let scaled = h_a.map(|h| in_plane * h);
             for l in 0..end - begin {
-                let (b, h_b) = (usize::from(self.slots[begin + l]), self.changes[l]);
+                let b = usize::from(self.slots[begin + l]);
+                let h_b = self.changes[l];
                 let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
                 for i in 0..D {
                     for j in 0..D {
@@ -479,7 +483,9 @@ impl<const D: usize> Work<D, 1> {
         vector: impl Fn(&Self, usize) -> Row<f64, D>,
     ) {
         for k in 0..end - begin {
-            let (a, v_a, n_a) = (usize::from(self.slots[begin + k]), vector(self, k), self.ratios[begin + k]);
+            let a = usize::from(self.slots[begin + k]);
+            let v_a = vector(self, k);
+            let n_a = self.ratios[begin + k];
             for l in 0..end - begin {
                 let b = usize::from(self.slots[begin + l]);
                 let value = in_plane * dot(&v_a, &vector(self, l));
@@ -519,7 +525,8 @@ impl<const D: usize> Work<D, 2> {
             let f_end = plus_one(&motion.end);
             let zero = [0.0; D];
             for l in begin..end {
-                let (b, g_b) = (usize::from(self.slots[l]), self.gradients[l]);
+                let b = usize::from(self.slots[l]);
+                let g_b = self.gradients[l];
                 let stiffening = apply(&step.gradient, &g_b);
                 for j in 0..D {
                     // The change of Green's strain at the end, which moves twice as far as the middle.
@@ -531,7 +538,8 @@ impl<const D: usize> Work<D, 2> {
                     }
                     let change = product(&f_middle, &step.contract(&strain));
                     for k in begin..end {
-                        let (a, g_a) = (usize::from(self.slots[k]), self.gradients[k]);
+                        let a = usize::from(self.slots[k]);
+                        let g_a = self.gradients[k];
                         let column = apply(&change, &g_a);
                         let block = &mut self.stiffness[(a * self.width + b) * D * D..][..D * D];
                         for i in 0..D {

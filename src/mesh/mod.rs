@@ -33,7 +33,7 @@ pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use lines::Edge;
 pub use merge::merge;
-pub use patch::{ElementPatch, element_patches};
+pub use patch::{ElementPatch, element_patches, patches_with};
 pub use plane_state::PlaneState;
 pub use room::require_room;
 pub use source::MeshFile;

@@ -7,7 +7,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
-use super::{ElementKind, Facet, Mesh};
+use super::{ElementKind, Facet, FacetIndex, Mesh};
 
 /// Elements of one material that share a pressure.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,11 +33,9 @@ impl ElementPatch {
 /// Marks elements in no patch.
 const NONE: u32 = u32::MAX;
 
-/// Elements of one kind in a patch.
-///
-/// With two triangles, six pyramids or twelve tetrahedra patches may be quadrilaterals and cubes, whose
-/// pressures alternate. These are the smallest numbers that pass the inf-sup test, and with a few more
-/// elements errors are no smaller (docs/validation/incompressible.md).
+/// Elements of one kind in a patch. With fewer the inf-sup test fails (docs/validation/incompressible.md):
+/// patches of two triangles, six pyramids or twelve tetrahedra may be quadrilaterals and cubes, whose
+/// pressures alternate.
 fn usual(kind: ElementKind) -> u32 {
     match kind {
         ElementKind::Quad4 | ElementKind::Hex20 | ElementKind::Tet10 => 2,
@@ -50,23 +48,29 @@ fn usual(kind: ElementKind) -> u32 {
     }
 }
 
-/// Size of a patch in the units of [`size`]: the least common multiple of the usual numbers of elements.
-const FULL: u32 = 2310;
-
-/// Part of a patch that an element is.
-fn size(kind: ElementKind) -> u32 {
-    FULL / usual(kind)
-}
+/// Size of a patch. An element of which `n` make a patch has the `n`-th part, which is a whole number up to
+/// twelve.
+const FULL: u32 = 27_720;
 
 /// Divides the elements with a label into patches of elements with the same label, which is the body and
 /// the material. A patch grows from an element with few neighbours by those that add the fewest nodes.
 /// What remains too small joins a patch beside it. So does a patch with all nodes on the surface: if the
 /// surface is clamped, its pressure would be arbitrary.
 pub fn element_patches<const D: usize>(mesh: &Mesh<D>, labels: &[Option<(u16, u32)>]) -> Vec<ElementPatch> {
+    patches_with(mesh, labels, usual)
+}
+
+/// Like [`element_patches`], with this number of elements of each kind in a patch.
+pub fn patches_with<const D: usize>(
+    mesh: &Mesh<D>,
+    labels: &[Option<(u16, u32)>],
+    number: impl Fn(ElementKind) -> u32,
+) -> Vec<ElementPatch> {
     if labels.iter().all(Option::is_none) {
         return Vec::new();
     }
-    let mut growth = Growth::new(mesh, labels);
+    let sizes = mesh.kinds.iter().map(|&kind| FULL / number(kind)).collect();
+    let mut growth = Growth::new(mesh, labels, sizes);
     let members = growth.members();
     let members = growth.joined(members);
     members
@@ -84,20 +88,27 @@ fn patch<const D: usize>(mesh: &Mesh<D>, (body, material): (u16, u32), elements:
 /// Growth of patches over a mesh.
 struct Growth<'a, const D: usize> {
     mesh: &'a Mesh<D>,
+    /// Part of a patch that each element is.
+    sizes: Vec<u32>,
     /// Neighbours of each element with the same label over shared sides, `offsets[e]..offsets[e + 1]`.
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
     /// Patch of each element, or [`NONE`].
     patch_of: Vec<u32>,
-    /// Whether each node is on a side of a single element.
+    /// Whether each node is on a side that no two of the elements with labels share.
     on_surface: Vec<bool>,
     /// Elements that may begin a patch, by their number of free neighbours. Entries may be out of date.
     seeds: BinaryHeap<Reverse<(usize, u32)>>,
 }
 
 impl<'a, const D: usize> Growth<'a, D> {
-    fn new(mesh: &'a Mesh<D>, labels: &[Option<(u16, u32)>]) -> Self {
-        let Sides { pairs, on_surface } = Sides::new(mesh, labels);
+    fn new(mesh: &'a Mesh<D>, labels: &[Option<(u16, u32)>], sizes: Vec<u32>) -> Self {
+        let labelled = (0u32..).zip(labels).filter(|(_, label)| label.is_some()).map(|(element, _)| element);
+        let sides = FacetIndex::of(mesh, labelled.clone());
+        let label = |facet: &Facet| labels[facet.element as usize];
+        let joined = sides.inner().filter(|[a, b]| label(a) == label(b));
+        let mut pairs: Vec<[u32; 2]> = joined.map(|both| both.map(|facet| facet.element)).collect();
+        pairs.sort_unstable();
         let mut offsets = vec![0; mesh.element_count() + 1];
         pairs.iter().flatten().for_each(|&element| offsets[element as usize + 1] += 1);
         for element in 0..mesh.element_count() {
@@ -109,17 +120,22 @@ impl<'a, const D: usize> Growth<'a, D> {
             neighbours[next[a as usize] as usize] = b;
             next[a as usize] += 1;
         }
+        let mut on_surface = vec![false; mesh.points.len()];
+        let mut nodes = Vec::new();
+        for facet in sides.boundary() {
+            mesh.facet_nodes(facet, &mut nodes);
+            nodes.iter().for_each(|&node| on_surface[node as usize] = true);
+        }
         let mut growth = Self {
             mesh,
+            sizes,
             offsets,
             neighbours,
             patch_of: vec![NONE; mesh.element_count()],
             on_surface,
             seeds: BinaryHeap::new(),
         };
-        let labelled = (0u32..).zip(labels).filter(|(_, label)| label.is_some());
-        growth.seeds =
-            labelled.map(|(element, _)| Reverse((growth.free(element).count(), element))).collect();
+        growth.seeds = labelled.map(|element| Reverse((growth.free(element).count(), element))).collect();
         growth
     }
 
@@ -157,7 +173,7 @@ impl<'a, const D: usize> Growth<'a, D> {
         let mesh = self.mesh;
         let mut members = vec![seed];
         let mut nodes = mesh.element_nodes(seed as usize).to_vec();
-        let mut reached = size(mesh.kinds[seed as usize]);
+        let mut reached = self.sizes[seed as usize];
         self.take(seed, number);
         while reached < FULL {
             let candidates = members.iter().flat_map(|&member| self.free(member));
@@ -175,7 +191,7 @@ impl<'a, const D: usize> Growth<'a, D> {
                     nodes.push(node);
                 }
             }
-            reached += size(mesh.kinds[best as usize]);
+            reached += self.sizes[best as usize];
         }
         (members, reached)
     }
@@ -219,46 +235,6 @@ impl<'a, const D: usize> Growth<'a, D> {
     }
 }
 
-/// Sides of the elements with a label.
-struct Sides {
-    /// Pairs of elements with the same label that share a side, ascending.
-    pairs: Vec<[u32; 2]>,
-    /// Whether each node is on a side that only one of the elements has.
-    on_surface: Vec<bool>,
-}
-
-impl Sides {
-    fn new<const D: usize>(mesh: &Mesh<D>, labels: &[Option<(u16, u32)>]) -> Self {
-        let mut sides: Vec<([u32; 4], u32, u8)> = Vec::new();
-        for element in (0..mesh.element_count()).filter(|&element| labels[element].is_some()) {
-            for side in 0..mesh.kinds[element].sides().len() as u8 {
-                let mut key = [u32::MAX; 4];
-                let facet = Facet { element: element as u32, side };
-                for (slot, node) in key.iter_mut().zip(mesh.facet_corners(facet)) {
-                    *slot = node;
-                }
-                key.sort_unstable();
-                sides.push((key, element as u32, side));
-            }
-        }
-        sides.sort_unstable();
-        let mut pairs = Vec::new();
-        let mut on_surface = vec![false; mesh.points.len()];
-        for same in sides.chunk_by(|one, other| one.0 == other.0) {
-            match *same {
-                [(_, a, _), (_, b, _)] if labels[a as usize] == labels[b as usize] => pairs.push([a, b]),
-                [(_, element, side)] => {
-                    let nodes = mesh.facet_corners(Facet { element, side });
-                    nodes.for_each(|node| on_surface[node as usize] = true);
-                }
-                _ => {}
-            }
-        }
-        pairs.sort_unstable();
-        Self { pairs, on_surface }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -279,7 +255,7 @@ mod tests {
             let mut seen: Vec<u32> = patches.iter().flat_map(|patch| patch.elements.clone()).collect();
             seen.sort_unstable();
             assert!(seen.iter().copied().eq(0..mesh.element_count() as u32), "{kind}");
-            let growth = Growth::new(&mesh, &labels);
+            let growth = Growth::new(&mesh, &labels, Vec::new());
             for patch in &patches {
                 let mut reached = vec![patch.elements[0]];
                 let mut next = 0;

@@ -51,28 +51,29 @@ fn unknowns<const D: usize>(mesh: &Mesh<D>, free: impl Fn(&[f64; D]) -> bool) ->
 enum Pressures {
     In(DilatationSpace),
     OnPatches,
-}
-
-impl std::fmt::Display for Pressures {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::In(space) => write!(f, "{space:?}"),
-            Self::OnPatches => f.write_str("patches"),
-        }
-    }
+    /// On patches of this number of elements.
+    OnPatchesOf(u32),
 }
 
 /// Inf-sup constant with clamped sides, and the number of spurious pressure modes.
 fn inf_sup<const D: usize>(mesh: &Mesh<D>, pressures: Pressures) -> (f64, usize) {
     let still = vec![0.0; mesh.points.len() * D];
-    let matrix = |lambda, mu| {
-        let mut solid = linear(mesh, Moduli { lambda, mu }, Locking::PatchDilatation);
-        if let Pressures::In(space) = pressures {
-            solid.patches.clear();
-            solid.group.passes = passes(solid.kind(), VolumeRule::Projected(space));
+    let solid = |moduli| {
+        let material = Material::with_moduli("neo_hookean", moduli).unwrap();
+        let of = formulation(material, Kinematics::Linear, Locking::PatchDilatation);
+        match pressures {
+            Pressures::In(space) => {
+                let mut solid = with_patches(mesh, of, |_, _| Vec::new());
+                solid.group.passes = passes(solid.kind(), VolumeRule::Projected(space));
+                solid
+            }
+            Pressures::OnPatches => group(mesh, of),
+            Pressures::OnPatchesOf(number) => {
+                with_patches(mesh, of, |mesh, labels| patches_with(mesh, labels, |_| number))
+            }
         }
-        assemble(mesh, &solid, &still, Terms::ALL).1
     };
+    let matrix = |lambda, mu| assemble(mesh, &solid(Moduli { lambda, mu }), &still, Terms::ALL).1;
     let inner = unknowns(mesh, |p| p.iter().all(|&x| x > 1e-9 && x < 1.0 - 1e-9));
     let strain = matrix(0.0, 0.5).select_rows(&inner).select_columns(&inner);
     let volume = (matrix(2.0, 1.0) - matrix(1.0, 1.0)).select_rows(&inner).select_columns(&inner);
@@ -80,12 +81,12 @@ fn inf_sup<const D: usize>(mesh: &Mesh<D>, pressures: Pressures) -> (f64, usize)
     let half = lower.solve_lower_triangular(&volume).unwrap();
     let reduced = lower.solve_lower_triangular(&half.transpose()).unwrap();
     let values = reduced.symmetric_eigenvalues();
-    let of_patches =
-        || linear(mesh, MODULI, Locking::PatchDilatation).patches.iter().map(PatchGroup::len).sum();
     let pressures = match pressures {
         Pressures::In(DilatationSpace::Constant) => mesh.element_count(),
         Pressures::In(DilatationSpace::Linear) => mesh.element_count() * (D + 1),
-        Pressures::OnPatches => of_patches(),
+        Pressures::OnPatches | Pressures::OnPatchesOf(_) => {
+            solid(MODULI).patches.iter().map(PatchGroup::len).sum()
+        }
     };
     let found: Vec<f64> = values.iter().copied().filter(|&value| value > 1e-9).collect();
     let least = found.iter().copied().fold(f64::INFINITY, f64::min);
@@ -281,6 +282,92 @@ fn patches_pass_the_inf_sup_test() {
             let least = constants.into_iter().fold(f64::INFINITY, f64::min);
             assert!(spurious == 0 && least > 0.1 && constants[2] > 0.26, "{kind}: {constants:?}");
         }
+    }
+}
+
+/// A unit cube of tetrahedra: cells of five, alternating, or of twelve around a node in the middle. Nodes of
+/// cells inside are moved by up to `size` cells.
+fn tetrahedra(cells: u32, per_cell: u32, size: f64) -> Mesh<3> {
+    let jitter = scatter(((cells + 1).pow(3) * 3) as usize, 17);
+    let mut points: Vec<[f64; 3]> = Vec::new();
+    for (number, jitter) in (0..(cells + 1).pow(3)).zip(jitter.chunks(3)) {
+        let at = [number % (cells + 1), number / (cells + 1) % (cells + 1), number / (cells + 1).pow(2)];
+        let inside = at.iter().all(|&k| k > 0 && k < cells);
+        let moved = |i: usize| if inside { size * jitter[i] } else { 0.0 };
+        points.push(std::array::from_fn(|i| (f64::from(at[i]) + moved(i)) / f64::from(cells)));
+    }
+    let mut elements: Vec<[u32; 4]> = Vec::new();
+    for cell in 0..cells.pow(3) {
+        let [x, y, z] = [cell % cells, cell / cells % cells, cell / cells.pow(2)];
+        let corner = |k: u32| ((z + (k >> 2)) * (cells + 1) + y + ((k >> 1) & 1)) * (cells + 1) + x + (k & 1);
+        let corners: [u32; 8] = std::array::from_fn(|k| corner(k as u32));
+        let of = |list: [usize; 4]| list.map(|k| corners[k]);
+        if per_cell == 5 {
+            let even = [[0, 1, 2, 4], [3, 1, 2, 7], [5, 1, 4, 7], [6, 2, 4, 7], [1, 2, 4, 7]];
+            let odd = [[1, 0, 3, 5], [2, 0, 3, 6], [4, 0, 5, 6], [7, 3, 5, 6], [0, 3, 5, 6]];
+            elements.extend(if (x + y + z) % 2 == 0 { even } else { odd }.map(of));
+            continue;
+        }
+        let middle = points.len() as u32;
+        let mean = |i: usize| corners.iter().map(|&n| points[n as usize][i]).sum::<f64>() / 8.0;
+        let mean: [f64; 3] = std::array::from_fn(mean);
+        points.push(mean);
+        for face in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+            // The diagonal through the lowest number is the same on both sides of a face.
+            let mut face = of(face);
+            let lowest = (0..4).min_by_key(|&k| face[k]).unwrap();
+            face.rotate_left(lowest);
+            elements.push([face[0], face[1], face[2], middle]);
+            elements.push([face[0], face[2], face[3], middle]);
+        }
+    }
+    let mut mesh = Mesh::with_points(points);
+    for mut nodes in elements {
+        let [a, b, c, d] = nodes.map(|n| nalgebra::Vector3::from(mesh.points[n as usize]));
+        if (b - a).cross(&(c - a)).dot(&(d - a)) < 0.0 {
+            nodes.swap(0, 1);
+        }
+        mesh.push(ElementKind::Tet4, nodes);
+    }
+    mesh
+}
+
+/// The constants of tet4 depend on the shapes of the patches. They do not fall on other patterns of
+/// tetrahedra either, and there are no spurious modes.
+#[test]
+fn patches_of_other_tetrahedra_pass_the_inf_sup_test() {
+    for (per_cell, meshes, least) in [(5, [2, 4, 6], 0.2), (12, [2, 3, 4], 0.16)] {
+        for size in [0.0, 0.2] {
+            let found = meshes.map(|cells| inf_sup(&tetrahedra(cells, per_cell, size), Pressures::OnPatches));
+            println!("tet4 patches, {per_cell} per cell, nodes moved by {size}: {found:.3?}");
+            assert!(found.iter().all(|&(constant, modes)| modes == 0 && constant > least), "{found:?}");
+        }
+    }
+}
+
+/// With fewer elements patches fail the test on some mesh: there are spurious modes, or a small constant.
+#[test]
+fn patches_of_fewer_elements_fail_the_inf_sup_test() {
+    for (kind, number) in [
+        (ElementKind::Quad4, 1),
+        (ElementKind::Hex20, 1),
+        (ElementKind::Tet10, 1),
+        (ElementKind::Tri3, 2),
+        (ElementKind::Hex8, 2),
+        (ElementKind::Wedge6, 4),
+        (ElementKind::Pyramid5, 6),
+    ] {
+        let found = [0.0, 0.2].map(|size| three_constants(kind, Pressures::OnPatchesOf(number), size));
+        println!("{kind} patches of {number}: {found:.3?}");
+        let fails = |(constants, modes): ([f64; 3], usize)| modes > 0 || constants[2] < 0.1;
+        assert!(found.into_iter().any(fails), "{kind}: {found:?}");
+    }
+    for number in [8, 9, 10, 11, 12] {
+        let of = |cells| inf_sup(&tetrahedra(cells, 12, 0.2), Pressures::OnPatchesOf(number));
+        let found = [2, 3, 4].map(of);
+        println!("tet4 patches of {number}, 12 per cell: {found:.3?}");
+        let fails = found.iter().any(|&(constant, modes)| modes > 0 || constant < 0.1);
+        assert_eq!(fails, number == 8 || number == 12, "{number}: {found:?}");
     }
 }
 

@@ -12,7 +12,9 @@ mod viscous;
 
 use super::*;
 use crate::material::{Hooke, MATERIALS, Material, Moduli, NeoHookean, Part, Potential};
-use crate::mesh::{BoxShape, ElementKind, Facet, Mesh, PlaneState, element_patches};
+use crate::mesh::{
+    BoxShape, ElementKind, ElementPatch, Facet, Mesh, PlaneState, element_patches, patches_with,
+};
 use crate::taylor::{scatter, taylor_rate};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
@@ -137,11 +139,20 @@ impl<const D: usize> Solid<D> {
 }
 
 fn group<const D: usize>(mesh: &Mesh<D>, formulation: Formulation) -> Solid<D> {
+    with_patches(mesh, formulation, element_patches)
+}
+
+/// All elements of a mesh, those that share a pressure in the patches of `divide`.
+fn with_patches<const D: usize>(
+    mesh: &Mesh<D>,
+    formulation: Formulation,
+    divide: impl Fn(&Mesh<D>, &[Option<(u16, u32)>]) -> Vec<ElementPatch>,
+) -> Solid<D> {
     let group = ElementGroup::new(mesh, (0..mesh.element_count() as u32).collect(), formulation).unwrap();
     let mut mesh = mesh.clone();
     let label = |kind: &ElementKind| formulation.shares_pressure(*kind).then_some((0, 0));
     let labels: Vec<_> = mesh.kinds.iter().map(label).collect();
-    mesh.patches = element_patches(&mesh, &labels);
+    mesh.patches = divide(&mesh, &labels);
     let mut by_width: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
     for (number, patch) in (0..).zip(&mesh.patches) {
         by_width.entry(PatchGroup::<D>::nodes_of(patch).len()).or_default().push(number);
