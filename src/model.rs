@@ -488,7 +488,7 @@ pub struct LineModel<const D: usize> {
     pub name: String,
     /// Reference positions of both ends \[m\].
     pub ends: [[f64; D]; 2],
-    /// Number of points, at least 2.
+    /// Number of points, at least 1.
     pub count: u32,
     /// Body to which the search is limited.
     pub body: Option<usize>,

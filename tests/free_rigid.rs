@@ -115,6 +115,10 @@ fn a_free_top_precesses() {
             assert!((read(&momenta, "linear") - nalgebra::Vector3::new(1.0, -0.5, 0.0)).norm() < 1e-12);
             // The centre of mass moves on a line through (3, 0, 0), about the origin.
             let spin = read(&momenta, "angular") - nalgebra::Vector3::new(0.0, 0.0, 3.0 * -0.5);
+            // The block is at rest.
+            assert!((read(&rigid, "linear") - read(&momenta, "linear")).norm() < 1e-9);
+            assert!((read(&rigid, "angular") - spin).norm() < 1e-9, "{}", read(&rigid, "angular"));
+            assert!((rigid.last("kinetic") - energy.last("kinetic")).abs() < 1e-9);
             let kinetic = 0.5 * (2.0 * 4.0 + 1.5 * 9.0) - 0.5 * 4.0 + 0.5 * 2.0 * (0.25 + 0.0625);
             [
                 (read(&rigid, "spin") - exact).norm(),

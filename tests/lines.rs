@@ -21,6 +21,7 @@ output:
   lines:
     cut: {{ from: [0, 0, 0], to: [1, 0.5, 0.4], points: 8 }}
     edge: {{ from: [0, 0.5, 0.4], to: [1, 0.5, 0.4], points: 3, on: block }}
+    spot: {{ from: [0.35, 0.21, 0.13] }}
   checkpoint: {{ every: 2 }}
 "
     )
@@ -47,6 +48,9 @@ fn a_linear_displacement_is_exact_along_lines() {
             }
         }
         assert_eq!(lines.only("line", "edge").numbers("time").len(), 5 * 3);
+        let spot = lines.only("line", "spot");
+        assert_eq!(spot.numbers("time").len(), 5);
+        assert!((spot.last("u_x") - 0.0392).abs() < 1e-15 && spot.last("distance") == 0.0, "{element}");
         let text = std::fs::read_to_string(results.0.join("out/lines.csv")).expect("a table");
         for ranks in [2, 3, 4] {
             let other = Results::of(&stretched(element), ranks);
@@ -131,6 +135,8 @@ fn wrong_lines_are_refused() {
         (good.replace("points: 3, on: block", "points: 3, on: block.top"), "not in one of its sets"),
         (good.replace("points: 3, on: block", "points: 3, on: blok"), "blok"),
         (good.replace("points: 8", "number: 8"), "number"),
+        (good.replace(", points: 8", ""), "number of points of the line is missing"),
+        (good.replace("to: [1, 0.5, 0.4], points: 8", "points: 8"), "last point of the line is missing"),
     ];
     for (text, words) in rows {
         let folder = Folder::new("lines");

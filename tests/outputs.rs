@@ -554,3 +554,58 @@ fn unknown_columns_are_refused_at_their_place() {
         }
     }
 }
+
+/// A block under a traction, a pressure that follows its side and its weight.
+const LOADED: &str = "
+dimension: 3
+bodies:
+  block:
+    mesh: { box: { min: [0, 0, 0], max: [1, 1, 0.5], cells: [3, 2, 2], element: hex8 } }
+    material: { neo_hookean: { young_modulus: YOUNG, poisson_ratio: 0.3 } }
+    density: 1000
+boundary:
+  base: { on: block.bottom, displacement: { x: 0, y: 0, z: 0 } }
+  top: { on: block.top, traction: { z: '-1.0e4 * (1 + x) * t' } }
+  side: { on: block.right, pressure: '2.0e4 * t' }
+  weight: { on: block, gravity: [0, 0, -10] }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+solver: { newton: { tolerance: 1.0e-10 } }
+output: { loads: true, derived: { share: 'loads.top.force_z / loads.weight.force_z' } }
+";
+
+/// `loads.csv` has the totals of a stiff block, each at its centre. The line of action of the force of the
+/// support passes through its centre. A soft block balances in forces and moments, on 1 and 3 ranks.
+#[test]
+fn resultants_of_loads_and_supports() {
+    let stiff = Results::of(&LOADED.replace("YOUNG", "1.0e13"), 1);
+    let loads = stiff.table("loads.csv");
+    for (name, force, centre) in [
+        ("top", [0.0, 0.0, -1.5e4], [5.0 / 9.0, 0.5, 0.5]),
+        ("side", [-1.0e4, 0.0, 0.0], [1.0, 0.5, 0.25]),
+        ("weight", [0.0, 0.0, -5.0e3], [0.5, 0.5, 0.25]),
+    ] {
+        let load = loads.only("boundary", name);
+        let of = |column: &str| ["x", "y", "z"].map(|axis| load.last(&format!("{column}_{axis}")));
+        near(&of("force"), &force, 1e-7);
+        near(&of("centre"), &centre, 1e-7);
+    }
+    near(&[stiff.table("derived.csv").last("share")], &[3.0], 1e-6);
+    let base = stiff.table("reactions.csv").only("boundary", "base");
+    let of = |column: &str| ["x", "y", "z"].map(|axis| base.last(&format!("{column}_{axis}")));
+    let [force, centre] = ["force", "centre"].map(of);
+    near(&force, &[1.0e4, 0.0, 2.0e4], 1e-6);
+    near(&[centre[1]], &[0.5], 1e-6);
+    // The moment of the loads about y balances that of the support.
+    let moment = centre[2] * force[0] - centre[0] * force[2];
+    near(&[moment], &[-(1.5e4 * 5.0 / 9.0 + 5.0e3 * 0.5) + 1.0e4 * 0.25], 1e-6);
+    for ranks in [1, 3] {
+        let soft = Results::of(&LOADED.replace("YOUNG", "3.0e5"), ranks);
+        let [loads, reactions] = ["loads.csv", "reactions.csv"].map(|name| soft.table(name));
+        for column in ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"] {
+            let of = |name: &str| loads.only("boundary", name).last(column);
+            let sum = of("top") + of("side") + of("weight") + reactions.last(column);
+            assert!(sum.abs() < 1e-5, "{column}: {sum}");
+        }
+        assert!(loads.only("boundary", "side").last("force_z").abs() > 100.0, "the pressure does not follow");
+    }
+}

@@ -32,6 +32,8 @@ struct LinePatch<const D: usize> {
 
 /// A load of the case on this rank.
 struct Applied<const D: usize> {
+    /// Name in the case.
+    name: String,
     kind: LoadKind<D>,
     /// Bodies that a body force acts on.
     bodies: Vec<bool>,
@@ -183,6 +185,35 @@ impl<const D: usize> External<D> {
         }
     }
 
+    /// Names of all loads, in the order of [`Self::each`].
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.loads.iter().map(|load| load.name.as_str())
+    }
+
+    /// Calls `receive` with the number of each load and its force on `rows` owned rows \[N\].
+    pub fn each(
+        &self,
+        at: &Moment,
+        solids: &[SolidElements<D>],
+        rows: usize,
+        mut receive: impl FnMut(usize, &[f64]),
+    ) {
+        let mut force = vec![0.0; rows];
+        for (number, load) in self.loads.iter().enumerate() {
+            force.fill(0.0);
+            if load.follows {
+                for patch in &load.patches {
+                    let mut sink = ForceSink::<D> { map: &patch.map, force: &mut force };
+                    load.pressure(patch, at, &self.trouble, &mut sink);
+                }
+            } else {
+                load.add_dead(at.time, solids, &self.trouble, &mut force);
+                force.iter_mut().for_each(|entry| *entry *= at.factor);
+            }
+            receive(number, &force);
+        }
+    }
+
     /// Returns the first non-finite load on this rank since the last call.
     pub fn take_trouble(&mut self) -> Option<Error> {
         self.trouble.0.take()
@@ -260,7 +291,8 @@ impl<const D: usize> Applied<D> {
         let follows = matches!(load.kind, LoadKind::Pressure(_)) && finite;
         let patches = patches(mesh, &facets, place);
         let lines = lines(mesh, &edges, place);
-        Ok(Self { kind: load.kind.clone(), bodies, patches, lines, follows, spread: None })
+        let name = load.name.clone();
+        Ok(Self { name, kind: load.kind.clone(), bodies, patches, lines, follows, spread: None })
     }
 
     fn add_dead(&self, time: f64, solids: &[SolidElements<D>], trouble: &Trouble, force: &mut [f64]) {

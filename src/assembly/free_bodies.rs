@@ -101,6 +101,19 @@ pub(super) struct FreeState<const D: usize> {
     pub spin: [f64; 3],
     /// Displacement \[m\] and rotation vector \[rad\] of the step.
     pub moved: (Vector<D>, [f64; 3]),
+    /// Momenta and energy; `None` without mass.
+    pub motion: Option<MotionSums>,
+}
+
+/// Momenta and kinetic energy of a rigid body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionSums {
+    /// Linear momentum \[N s\].
+    pub linear: [f64; 3],
+    /// Angular momentum about the centre of mass [N m s].
+    pub angular: [f64; 3],
+    /// Kinetic energy \[J\].
+    pub kinetic: f64,
 }
 
 impl<const D: usize> FreeBody<D> {
@@ -184,6 +197,11 @@ impl<const D: usize> PoseFields<D> {
     fn change(&self) -> Vector<D> {
         self.u[1][1] - self.u[0][1]
     }
+}
+
+/// A vector in space; missing components are 0.
+pub(super) fn space_of<const D: usize>(vector: &Vector<D>) -> [f64; 3] {
+    std::array::from_fn(|i| if i < D { vector[i] } else { 0.0 })
 }
 
 /// Mass and inertia of a body that has mass.
@@ -393,6 +411,16 @@ impl<const D: usize> FreeBodies<D> {
             let [velocity, rate] = fields.v[1];
             let seen_spin = Vector3::from(body.rigid.angular_velocity(&rate));
             let in_plane = D == 2;
+            let in_space =
+                |seen: Vector3<f64>| if in_plane { seen.into() } else { (orientation * seen).into() };
+            let motion = massive(body).map(|mass| {
+                let angular = mass.inertia * seen_spin;
+                MotionSums {
+                    linear: space_of(&(velocity * mass.mass)),
+                    angular: in_space(angular),
+                    kinetic: 0.5 * (mass.mass * velocity.norm_squared() + seen_spin.dot(&angular)),
+                }
+            });
             let step = Vector3::from(body.rigid.step_vector(&fields.change()));
             FreeState {
                 position: body.rigid.centre + translation,
@@ -401,7 +429,8 @@ impl<const D: usize> FreeBodies<D> {
                     false => orientation.scaled_axis().into(),
                 },
                 velocity,
-                spin: if in_plane { seen_spin.into() } else { (orientation * seen_spin).into() },
+                spin: in_space(seen_spin),
+                motion,
                 moved: (
                     translation - fields.u[0][0],
                     if in_plane { step.into() } else { (body.orientation * step).into() },

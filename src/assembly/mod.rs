@@ -54,7 +54,7 @@ pub use body_sums::BodySums;
 pub use build::sides_of;
 pub use contact::{LocalContact, facets_of};
 pub use elastic::ElasticSupports;
-pub use free_bodies::{RigidVelocity, TurnDirection};
+pub use free_bodies::{MotionSums, RigidVelocity, TurnDirection};
 pub use holding::Holding;
 pub use initial_velocity::set_velocity;
 pub use memory::{NamedFields, StoredSources, StoredState, SystemState, state_tables};

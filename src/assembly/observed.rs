@@ -40,6 +40,19 @@ impl<const D: usize> ContactSystem<D> {
         &self.parts.external
     }
 
+    /// Names of the loads, in the order of [`Self::each_load`].
+    pub fn load_names(&self) -> impl Iterator<Item = &str> {
+        self.external.names()
+    }
+
+    /// Calls `receive` with the number of each load and its force on the owned unknowns \[N\] at the trial
+    /// state of `stage`.
+    pub fn each_load(&self, stage: &Stage, receive: impl FnMut(usize, &[f64])) {
+        let u = stage.trial.u.local();
+        let at = Self::moment(stage, self.continuation.load_factor, &u);
+        self.external.each(&at, &self.bodies.solids, self.parts.external.len(), receive);
+    }
+
     /// Resultants of each contact at the last evaluation of the forces. Forces that act over a step
     /// act at the positions in its middle.
     pub fn contact_resultants(&self, stage: &Stage) -> Vec<ContactResultants<D>> {

@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::free_bodies::{FreeState, RigidVelocity, TurnDirection};
+use super::free_bodies::{FreeState, MotionSums, RigidVelocity, TurnDirection, space_of};
 use super::system::ContactSystem;
 use crate::contact::rigid::{MotionInstant, MotionStep};
 use crate::dynamics::{OverStep, RigidInstant, Stage};
@@ -36,6 +36,8 @@ pub struct ToolState {
     pub moved: [f64; 6],
     /// Whether forces move the body, so that its work is not external work.
     pub free: bool,
+    /// Momenta and energy of a free body with mass.
+    pub motion: Option<MotionSums>,
 }
 
 impl ToolState {
@@ -151,27 +153,23 @@ impl<const D: usize> ContactSystem<D> {
             let [_, state] = motion.states(&step)?;
             let (shift, turn) = motion.frame(&step)?.moved();
             let along = |size: f64| motion.axis.map(|axis| axis * size);
-            let shift: [f64; 3] = space(&shift);
+            let shift: [f64; 3] = space_of(&shift);
             let turn = along(turn);
             Ok(ToolState {
                 name: tool.name.clone(),
-                position: space(&(motion.centre + state.translation)),
+                position: space_of(&(motion.centre + state.translation)),
                 rotation: along(state.angle),
-                velocity: space(&state.velocity),
+                velocity: space_of(&state.velocity),
                 spin: along(state.rate),
                 force: load(0),
                 torque: load(3),
                 moved: std::array::from_fn(|i| if i < 3 { shift[i] } else { turn[i - 3] }),
                 free: false,
+                motion: None,
             })
         };
         self.tools.iter().zip(loads.chunks_exact(6)).map(state).collect()
     }
-}
-
-/// A vector in space; missing components are 0.
-fn space<const D: usize>(vector: &Vector<D>) -> [f64; 3] {
-    std::array::from_fn(|i| if i < D { vector[i] } else { 0.0 })
 }
 
 /// State of a free rigid body under this contact force \[N\] and torque \[N m\].
@@ -181,16 +179,17 @@ fn free_tool<const D: usize>(
     force: [f64; 3],
     torque: [f64; 3],
 ) -> ToolState {
-    let (shift, turn) = (space(&state.moved.0), state.moved.1);
+    let (shift, turn) = (space_of(&state.moved.0), state.moved.1);
     ToolState {
         name: name.to_owned(),
-        position: space(&state.position),
+        position: space_of(&state.position),
         rotation: state.rotation,
-        velocity: space(&state.velocity),
+        velocity: space_of(&state.velocity),
         spin: state.spin,
         force,
         torque,
         moved: std::array::from_fn(|i| if i < 3 { shift[i] } else { turn[i - 3] }),
         free: true,
+        motion: state.motion,
     }
 }

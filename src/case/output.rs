@@ -30,6 +30,9 @@ pub struct Output {
     /// of the forces.
     #[serde(skip_serializing_if = "is_false")]
     pub bodies: bool,
+    /// Whether `loads.csv` is written: force, moment and centre of each load of `boundary`.
+    #[serde(skip_serializing_if = "is_false")]
+    pub loads: bool,
     /// Checkpoints, from which `--restart` resumes a run. Without this key only a signal writes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<Checkpoint>,
@@ -103,16 +106,18 @@ pub enum FieldFormat {
 }
 tagged!(FieldFormat, "format of fields");
 
-/// A segment along which fields are written.
+/// A segment along which fields are written, or a single point without `to` and `points`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Line {
     /// Reference position of the first point \[m\].
     pub from: At<Vec<Length>>,
     /// Reference position of the last point \[m\].
-    pub to: At<Vec<Length>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<At<Vec<Length>>>,
     /// Number of points, both ends included, from 2 to 10000.
-    pub points: At<u32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<At<u32>>,
     /// Body that contains the points, if bodies meet there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on: Option<At<String>>,
@@ -122,7 +127,19 @@ pub struct Line {
     pub stresses: bool,
 }
 
-/// A material point whose history is written.
+impl Line {
+    /// Its last point, which is the first one of a single point \[m\].
+    pub fn end(&self) -> &At<Vec<Length>> {
+        self.to.as_ref().unwrap_or(&self.from)
+    }
+
+    /// Number of points.
+    pub fn count(&self) -> u32 {
+        self.points.map_or(1, |points| points.value)
+    }
+}
+
+/// A node whose history is written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {

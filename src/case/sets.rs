@@ -118,6 +118,15 @@ pub struct BodySet {
 }
 
 impl BodySet {
+    /// Names of the sets that it combines.
+    pub fn combined(&self) -> impl Iterator<Item = &str> {
+        let names = match &self.selection {
+            Selection::Of(_, names) => names.as_slice(),
+            _ => &[],
+        };
+        names.iter().map(|name| name.value.as_str())
+    }
+
     fn of_keys(keys: Keys) -> Result<Self, Complaint> {
         let place = keys.of.as_ref().map(|of| of.place);
         let combined = |how: Combination| move |names| Selection::Of(how, names);

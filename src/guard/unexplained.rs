@@ -122,7 +122,7 @@ impl Unexplained {
             self.at,
             self.largest.abs(),
             100.0 * self.largest.abs() / scale,
-            cure(scheme, contact, may_conserve)
+            cure(scheme, contact, may_conserve, self.largest < 0.0)
         ))
     }
 }
@@ -134,9 +134,21 @@ const DAMPS: &str = "this scheme damps motions that are fast compared with the s
 const DAMPS_ONLY: &str = "this scheme damps motions that are fast compared with the step: use a shorter step or \
                           accuracy: { time: ... }";
 
-/// The hint on what to change.
-fn cure(scheme: Scheme, contact: bool, may_conserve: bool) -> &'static str {
-    let damps = if may_conserve { DAMPS } else { DAMPS_ONLY };
+/// Hint for steps that are too long.
+const LONG: &str = "the steps are too long to resolve the motion: use a shorter step, accuracy: { time: ... } or \
+                    `scheme: conserving`";
+/// Hint for steps that are too long, for bodies that the scheme `conserving` refuses.
+const LONG_ONLY: &str =
+    "the steps are too long to resolve the motion: use a shorter step or accuracy: { time: ... }";
+
+/// The hint on what to change, depending on whether energy was `gained`.
+fn cure(scheme: Scheme, contact: bool, may_conserve: bool, gained: bool) -> &'static str {
+    let long = if may_conserve { LONG } else { LONG_ONLY };
+    let damps = match (gained, may_conserve) {
+        (true, _) => long,
+        (false, true) => DAMPS,
+        (false, false) => DAMPS_ONLY,
+    };
     match scheme {
         Scheme::Static if !contact => {
             "the bodies jumped from one equilibrium to another, or the equilibrium path is strongly curved: \
@@ -153,13 +165,7 @@ fn cure(scheme: Scheme, contact: bool, may_conserve: bool) -> &'static str {
         }
         Scheme::BackwardEuler => damps,
         Scheme::Newmark { gamma, alpha_m, alpha_f, .. } if gamma > 0.5 || alpha_m != alpha_f => damps,
-        Scheme::Newmark { .. } | Scheme::Midpoint if !may_conserve => {
-            "the steps are too long to resolve the motion: use a shorter step or accuracy: { time: ... }"
-        }
-        Scheme::Newmark { .. } | Scheme::Midpoint => {
-            "the steps are too long to resolve the motion: use a shorter step, accuracy: { time: ... } or \
-             `scheme: conserving`"
-        }
+        Scheme::Newmark { .. } | Scheme::Midpoint => long,
     }
 }
 
@@ -192,6 +198,17 @@ mod tests {
             "largest energy of the run: step 6 (t = 6.0000e-1 s, 1.0e-1 s long) lost 8.350e1 J, step 5 (";
         assert!(text.contains(named) && text.contains("gained 5.000e1 J, step 3 ("), "{text}");
         assert!(!text.contains("step 2") && !text.contains("step 4"), "{text}");
+    }
+
+    /// A scheme that damps is blamed for a loss, not for a gain.
+    #[test]
+    fn the_cure_depends_on_the_sign() {
+        let text = |sum: f64| {
+            let warning = run(&[sum]).warning(Scheme::BackwardEuler, true, true, 100.0, Units::default());
+            warning.expect("a warning")
+        };
+        assert!(text(30.0).contains("this scheme damps"), "{}", text(30.0));
+        assert!(text(-30.0).contains("steps are too long") && !text(-30.0).contains("damps"));
     }
 
     /// A deviation within the error of the work counts as explained. Only the excess names steps.

@@ -22,17 +22,28 @@ pub fn define<const D: usize>(
     }
     let surface = FacetIndex::new(mesh).boundary();
     let mut faults = Vec::new();
+    // What is wrong with a set that combines faulty ones follows from them.
+    let mut faulty = HashSet::new();
     for (name, set) in sets.iter() {
+        if set.combined().any(|member| faulty.contains(member)) {
+            faulty.insert(name.value.as_str());
+            continue;
+        }
         if kind_of(mesh, name).is_some() {
             let message = format!("the mesh of '{body}' already has a set '{}'", name.value);
             faults.push(case.error(name.place, message).hint("choose another name"));
             continue;
         }
-        match members(case, body, set, mesh, &surface) {
-            Ok(found) if found.is_empty() => faults.push(nothing(case, body, name, set, mesh)),
-            Ok(found) => found.insert(mesh, name.value.clone()),
-            Err(fault) => faults.push(fault),
-        }
+        let fault = match members(case, body, set, mesh, &surface) {
+            Ok(found) if found.is_empty() => nothing(case, body, name, set, mesh),
+            Ok(found) => {
+                found.insert(mesh, name.value.clone());
+                continue;
+            }
+            Err(fault) => fault,
+        };
+        faults.push(fault);
+        faulty.insert(name.value.as_str());
     }
     Error::together(faults)
 }

@@ -59,11 +59,11 @@ impl<const D: usize> Model<D> {
         }
         for (name, line) in case.output.lines.iter() {
             let body = line.on.as_ref().map(|on| body_index(&model.bodies, on)).transpose()?;
-            let ends = [lengths(&line.from), lengths(&line.to)];
+            let ends = [lengths(&line.from), lengths(line.end())];
             model.lines.push(LineModel {
                 name: name.value.clone(),
                 ends,
-                count: line.points.value,
+                count: line.count(),
                 body,
                 stresses: line.stresses,
             });

@@ -31,6 +31,7 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
 /// The errors of [`read_mesh`].
 pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)> {
     require_room(box_nodes(case))?;
+    let plane = super::build::plane(case);
     let mut bodies = Vec::with_capacity(case.bodies.len());
     let mut faults = Vec::new();
     let mut remarks = Vec::new();
@@ -41,6 +42,9 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
         };
         let mesh = mesh.and_then(|mut mesh| {
             define(case, &name.value, &body.sets, &mut mesh)?;
+            if plane.is_revolved() {
+                place_axis(case, body, &mut mesh)?;
+            }
             Ok(mesh)
         });
         match mesh {
@@ -50,10 +54,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     }
     Error::together(faults)?;
     let mut mesh = merge(bodies)?;
-    mesh.plane = super::build::plane(case);
-    if mesh.plane.is_revolved() {
-        place_axis(&mut mesh)?;
-    }
+    mesh.plane = plane;
     let places = mesh.points.as_flattened_mut().iter_mut().enumerate();
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
     if case.contact.values().any(case::Contact::is_general) {
@@ -79,25 +80,29 @@ fn is_on_axis<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> bool {
     mesh.plane.is_revolved() && mesh.facet_corners(facet).all(|node| mesh.points[node as usize][0] == 0.0)
 }
 
-/// Distance from the axis of revolution, relative to the largest radius, up to which a node is on the
+/// Distance from the axis of revolution, relative to the largest radius of the body, up to which a node is on the
 /// axis. Mesh files have 7 to 16 digits. The next nodes of a mesh without a hole are an element away, so the
 /// value matters only for a hole of this size, which is closed. Other values were not tried.
 const ON_AXIS: f64 = 1e-7;
 
-/// Puts nodes that are on the axis of revolution within rounding exactly on it.
+/// Puts nodes of a body that are on the axis of revolution within rounding exactly on it.
 ///
 /// # Errors
 /// A node has a negative radius.
-fn place_axis<const D: usize>(mesh: &mut Mesh<D>) -> Result<()> {
+fn place_axis<const D: usize>(case: &Case, body: &case::Body, mesh: &mut Mesh<D>) -> Result<()> {
     let largest = mesh.points.iter().fold(0.0, |largest: f64, point| largest.max(point[0].abs()));
     for point in &mut mesh.points {
         if point[0].abs() <= ON_AXIS * largest {
             point[0] = 0.0;
         } else if point[0] < 0.0 {
+            let place = match &body.mesh {
+                case::Mesh::Box(shape) => shape.min.place,
+                case::Mesh::File(file) => file.file.place,
+            };
             let message = format!("the node at {} has a negative radius", spelled(point));
-            return Err(Error::file(message).hint(
-                "with `dimension: axisymmetric`, x is the radius and y the axis: move the mesh to x >= 0",
-            ));
+            let cure =
+                "with `dimension: axisymmetric`, x is the radius and y the axis: move the mesh to x >= 0";
+            return Err(case.error(place, message).hint(cure));
         }
     }
     Ok(())

@@ -106,16 +106,16 @@ fn points_outside<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     }
     let tree = ElementTree::new(mesh, (0..mesh.element_count() as u32).collect());
     for (name, line) in case.output.lines.iter() {
-        if line.from.len() != D || line.to.len() != D {
+        if line.from.len() != D || line.end().len() != D {
             continue;
         }
         let body =
             line.on.as_ref().and_then(|on| case.bodies.iter().position(|(name, _)| name.value == on.value));
-        let ends = [lengths(&line.from), lengths(&line.to)];
+        let ends = [lengths(&line.from), lengths(line.end())];
         let model = LineModel::<D> {
             name: name.value.clone(),
             ends,
-            count: line.points.value,
+            count: line.count(),
             body,
             stresses: line.stresses,
         };
@@ -134,7 +134,7 @@ fn points_outside<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
             "line '{}': {} of {} points are in no element{}: {shown}{more}",
             name.value,
             outside.len(),
-            line.points.value,
+            line.count(),
             line.on.as_ref().map_or_else(String::new, |on| format!(" of '{}'", on.value)),
         );
         let cure = "give ends inside the body, in the reference configuration";

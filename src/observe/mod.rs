@@ -13,6 +13,7 @@
 //! | [`reactions::REACTION_COLUMNS`] | `reactions.csv` |
 //! | [`rigid::RIGID_COLUMNS`] | `rigid.csv` |
 //! | [`bodies::BODY_COLUMNS`] | `bodies.csv` |
+//! | [`loads::LOAD_COLUMNS`] | `loads.csv` |
 //! | [`lines::LINE_COLUMNS`] | `lines.csv` |
 //! | [`energy::ENERGY_COLUMNS`] | `energy.csv` |
 //! | [`energy::MOMENTUM_COLUMNS`] | `momentum.csv` |
@@ -26,6 +27,7 @@ pub mod contact;
 pub mod energy;
 pub mod fields;
 pub mod lines;
+pub mod loads;
 pub mod nodal;
 mod nodal_stress;
 pub mod probes;

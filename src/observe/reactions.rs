@@ -1,7 +1,10 @@
 //! `reactions.csv`: force and moment of each support, roller, foundation, spring and pair of tied surfaces. One entry of [`REACTION_COLUMNS`] is one column.
 
+use nalgebra::Vector3;
+
 use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
+use crate::mesh::Mesh;
 use crate::petsc::{Vector, sum_over_ranks};
 
 /// Reaction of one support, roller, foundation, boundary with springs or pair of tied surfaces, the same on all ranks.
@@ -13,6 +16,8 @@ pub struct Reaction {
     pub force: [f64; 3],
     /// Moment that it exerts on the bodies about the origin \[N m\], per metre of depth in 2D.
     pub moment: [f64; 3],
+    /// Centre of the force \[m\]; `None` if the force vanishes. See [`Resultant::centre`].
+    pub centre: Option<[f64; 3]>,
 }
 
 /// The table of all supports.
@@ -48,7 +53,87 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
         ),
         value: Value::Vector(|reaction| reaction.moment),
     },
+    CENTRE,
 ];
+
+/// The column of the centre of a force.
+pub(super) const CENTRE: Column<Reaction> = Column {
+    quantity: ReportedQuantity::vector(
+        "centre",
+        "m",
+        "centre of this force: the point of its line of action that is nearest to the mean position of its nodes; empty if the nodal forces cancel",
+    ),
+    value: Value::OptionalVector(|reaction| reaction.centre),
+};
+
+/// Sums over the nodes on which forces act.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Resultant {
+    force: [f64; 3],
+    moment: [f64; 3],
+    /// Sum of the absolute values of the components.
+    size: f64,
+    /// Number of components and the sum of their positions.
+    count: f64,
+    places: [f64; 3],
+}
+
+impl Resultant {
+    /// Nodal forces are taken to cancel if their resultant is below this part of the sum of their absolute
+    /// values. Rounding leaves 1e-16 for each of them and the tolerance of Newton's method 1e-7 in all.
+    const CANCELS: f64 = 1e-6;
+
+    /// Adds the component `own` along `axis` of a force at `place`.
+    pub fn add(&mut self, place: &[f64; 3], axis: usize, own: f64) {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        self.force[axis] += own;
+        self.moment[next] += place[last] * own;
+        self.moment[last] -= place[next] * own;
+        self.size += own.abs();
+        self.count += 1.0;
+        self.places.iter_mut().zip(place).for_each(|(sum, x)| *sum += x);
+    }
+
+    /// The sums of forces on nodes at their places.
+    fn of<const D: usize>(
+        forces: impl IntoIterator<Item = (usize, [f64; D])>,
+        place: impl Fn(usize) -> [f64; 3],
+    ) -> Self {
+        let mut sum = Self::default();
+        for (node, force) in forces {
+            (0..D).for_each(|axis| sum.add(&place(node), axis, force[axis]));
+        }
+        sum
+    }
+
+    /// All sums, for a reduction over the ranks.
+    pub fn parts(&mut self) -> impl Iterator<Item = &mut f64> {
+        let vectors = self.force.iter_mut().chain(&mut self.moment).chain(&mut self.places);
+        vectors.chain([&mut self.size, &mut self.count])
+    }
+
+    /// Centre of the force \[m\]: the point of its line of action that is nearest to the mean position `m`
+    /// of its nodes, `m + F x (M - m x F) / |F|^2`. `None` if the force vanishes.
+    fn centre(&self) -> Option<[f64; 3]> {
+        let force = Vector3::from(self.force);
+        if force.norm() <= Self::CANCELS * self.size {
+            return None;
+        }
+        let middle = Vector3::from(self.places) / self.count;
+        let about_middle = Vector3::from(self.moment) - middle.cross(&force);
+        Some((middle + force.cross(&about_middle) / force.norm_squared()).into())
+    }
+
+    /// The row of the sums over all ranks.
+    pub fn named(&self, name: &str) -> Reaction {
+        Reaction { name: name.to_owned(), force: self.force, moment: self.moment, centre: self.centre() }
+    }
+}
+
+/// Position of a node at the displacement `u` \[m\], with a zero along z in 2D.
+pub(super) fn place_of<const D: usize>(mesh: &Mesh<D>, u: &[f64], node: usize) -> [f64; 3] {
+    std::array::from_fn(|i| if i < D { mesh.points[node][i] + u[node * D + i] } else { 0.0 })
+}
 
 /// Reactions of all supports at the displacement `u` \[m\] from the imbalance at the nodes \[N\], then
 /// those of foundations, springs and ties at the last evaluation.
@@ -56,51 +141,58 @@ pub const REACTION_COLUMNS: &[Column<Reaction>] = &[
 pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalance: &Vector) -> Vec<Reaction> {
     let (u, imbalance) = (u.owned(), imbalance.owned());
     let local = system.bodies().local();
-    let mut reactions: Vec<Reaction> = Vec::new();
-    let add = |reaction: &mut Reaction, node: usize, axis: usize, own: f64| {
-        let at = |i: usize| if i < D { local.mesh.points[node][i] + u[node * D + i] } else { 0.0 };
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        reaction.force[axis] += own;
-        reaction.moment[next] += at(last) * own;
-        reaction.moment[last] -= at(next) * own;
-    };
-    let none = |name: &str| Reaction { name: name.to_owned(), force: [0.0; 3], moment: [0.0; 3] };
+    let place = |node: usize| place_of(&local.mesh, &u, node);
+    let mut sums: Vec<(&str, Resultant)> = Vec::new();
     let rollers = &system.bodies().supports().rollers;
     for boundary in system.bodies().boundaries() {
-        let mut reaction = none(&boundary.name);
+        let mut sum = Resultant::default();
         for &(node, component) in boundary.entries.iter().filter(|(node, _)| local.index.owns(*node)) {
             let (node, axis) = (node as usize, usize::from(component));
             let own = rollers.force_along(node, axis, &imbalance).unwrap_or(imbalance[node * D + axis]);
-            add(&mut reaction, node, axis, own);
+            sum.add(&place(node), axis, own);
         }
-        reactions.push(reaction);
+        sums.push((&boundary.name, sum));
     }
     for (name, forces) in rollers.forces(&imbalance) {
-        let mut reaction = none(name);
-        for (node, force) in forces {
-            (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));
-        }
-        reactions.push(reaction);
+        sums.push((name, Resultant::of(forces, place)));
     }
     for (name, forces) in system.bodies().elastic_supports().forces() {
-        let mut reaction = none(name);
-        for (node, force) in forces {
-            (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));
-        }
-        reactions.push(reaction);
+        sums.push((name, Resultant::of(forces, place)));
     }
     for (name, torque) in system.bodies().elastic_supports().torques() {
-        reactions.push(Reaction { moment: torque, ..none(name) });
+        sums.push((name, Resultant { moment: torque, ..Resultant::default() }));
     }
     for (name, forces) in system.bodies().ties().forces() {
-        let mut reaction = none(name);
-        for (node, force) in forces {
-            (0..D).for_each(|axis| add(&mut reaction, node, axis, force[axis]));
-        }
-        reactions.push(reaction);
+        sums.push((name, Resultant::of(forces, place)));
     }
-    let parts =
-        reactions.iter_mut().flat_map(|reaction| reaction.force.iter_mut().chain(&mut reaction.moment));
-    sum_over_ranks(system.session().world(), parts);
-    reactions
+    sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(|(_, sum)| sum.parts()));
+    sums.iter().map(|(name, sum)| sum.named(name)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pressure that grows linearly over two nodes acts nearer to the second one, a couple has no centre, and a
+    /// force along the line between the nodes acts at their middle.
+    #[test]
+    fn forces_act_at_their_centre() {
+        let of = |forces: [[f64; 3]; 2]| {
+            let mut sum = Resultant::default();
+            for (force, place) in forces.iter().zip([[1.0, 2.0, 0.5], [4.0, 2.0, 0.5]]) {
+                (0..3).for_each(|axis| sum.add(&place, axis, force[axis]));
+            }
+            sum.named("a")
+        };
+        let near = |found: Option<[f64; 3]>, exact: [f64; 3]| {
+            let found = found.expect("a centre");
+            assert!(found.iter().zip(exact).all(|(found, exact)| (found - exact).abs() < 1e-12), "{found:?}");
+        };
+        let growing = of([[0.0, -1.0, 0.0], [0.0, -2.0, 0.0]]);
+        assert_eq!(growing.force, [0.0, -3.0, 0.0]);
+        assert_eq!(growing.moment, [1.5, 0.0, -9.0]);
+        near(growing.centre, [3.0, 2.0, 0.5]);
+        assert_eq!(of([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]).centre, None);
+        near(of([[5.0, 0.0, 0.0], [1.0, 0.0, 0.0]]).centre, [2.5, 2.0, 0.5]);
+    }
 }

@@ -67,4 +67,24 @@ pub const RIGID_COLUMNS: &[Column<RigidReport>] = &[
         ),
         value: Value::Number(|report| report.work),
     },
+    Column {
+        quantity: ReportedQuantity::vector(
+            "linear",
+            "N s",
+            "linear momentum of a free body; empty for other bodies and without mass",
+        ),
+        value: Value::OptionalVector(|report| report.state.motion.map(|motion| motion.linear)),
+    },
+    Column {
+        quantity: ReportedQuantity::rotation(
+            "angular",
+            "N m s",
+            "angular momentum of a free body about its centre of mass",
+        ),
+        value: Value::OptionalVector(|report| report.state.motion.map(|motion| motion.angular)),
+    },
+    Column {
+        quantity: ReportedQuantity::number("kinetic", "J", "kinetic energy of a free body"),
+        value: Value::Optional(|report| report.state.motion.map(|motion| motion.kinetic)),
+    },
 ];

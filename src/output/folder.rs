@@ -22,12 +22,13 @@ pub const RECORD: &str = "run.json";
 
 /// Files that a run may leave in its folder, apart from [`RECORD`]. Only these are removed when a
 /// result is replaced.
-const OWN: [&str; 18] = [
+const OWN: [&str; 19] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
     "rigid.csv",
     "bodies.csv",
+    "loads.csv",
     "derived.csv",
     "lines.csv",
     "energy.csv",

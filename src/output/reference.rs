@@ -7,6 +7,7 @@ use crate::observe::contact::{CONTACT_FILE, ContactColumn};
 use crate::observe::energy::{ENERGY_COLUMNS, ENERGY_FILE, MOMENTUM_COLUMNS, MOMENTUM_FILE};
 use crate::observe::fields::{ContactField, ELEMENT_FIELDS, NODAL_STRESS_FIELDS, NODE_FIELDS, STRESS_FIELDS};
 use crate::observe::lines::{LINE_COLUMNS, LINE_FILE};
+use crate::observe::loads::{LOAD_COLUMNS, LOAD_FILE};
 use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
 use crate::observe::quantity::{DERIVED, DERIVED_FILE, QuantityShape, ReportedQuantity, TableFile};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
@@ -42,6 +43,7 @@ pub fn results_reference() -> String {
     table(&mut page, &REACTION_FILE, "", "", reactions);
     table(&mut page, &RIGID_FILE, "", "", RIGID_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &BODY_FILE, "", "", BODY_COLUMNS.iter().map(|column| plain(column.quantity)));
+    table(&mut page, &LOAD_FILE, "", "", LOAD_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &LINE_FILE, "", "", LINE_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &ENERGY_FILE, "", "", ENERGY_COLUMNS.iter().map(|column| plain(column.quantity)));
     table(&mut page, &MOMENTUM_FILE, "", "", MOMENTUM_COLUMNS.iter().map(|column| plain(column.quantity)));

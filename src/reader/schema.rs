@@ -1,5 +1,7 @@
 //! JSON schemas of our files, for editors; made from the types, so they cannot lag behind them.
 
+use std::collections::{HashMap, HashSet};
+
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use schemars::{JsonSchema, Schema};
@@ -77,19 +79,54 @@ fn only_property(variant: &Value) -> Option<(&String, &Value)> {
 }
 
 /// Blocks and laws of a schema in which a key is known, for the hint to a key that is in the wrong place.
+///
+/// A block that several keys share, such as the components of a vector, is called by these keys.
 pub(super) fn owners_of(schema: &Value, key: &str) -> Vec<String> {
     let mut owners = Vec::new();
     if let Value::Object(root) = schema {
         collect(root, key, "the case", &mut owners);
         if let Some(Value::Object(definitions)) = root.get("definitions") {
+            let mut uses = HashMap::new();
+            note_uses(schema, None, &mut uses);
             for (name, definition) in definitions {
                 let Value::Object(definition) = definition else { continue };
-                collect(definition, key, &snake(name), &mut owners);
+                match uses.get(name.as_str()) {
+                    Some(keys) => keys.iter().for_each(|owner| collect(definition, key, owner, &mut owners)),
+                    None => collect(definition, key, &snake(name), &mut owners),
+                }
             }
         }
     }
-    owners.dedup();
+    let mut known = HashSet::new();
+    owners.retain(|owner| known.insert(owner.clone()));
     owners
+}
+
+/// Notes the keys whose values are described by each definition.
+fn note_uses<'a>(schema: &'a Value, key: Option<&'a str>, uses: &mut HashMap<&'a str, Vec<&'a str>>) {
+    match schema {
+        Value::Array(list) => list.iter().for_each(|inner| note_uses(inner, key, uses)),
+        Value::Object(fields) => {
+            for (name, inner) in fields {
+                match (name.as_str(), inner) {
+                    ("$ref", Value::String(path)) => {
+                        let definition = path.strip_prefix("#/definitions/");
+                        if let (Some(definition), Some(key)) = (definition, key) {
+                            uses.entry(definition).or_default().push(key);
+                        }
+                    }
+                    ("properties", Value::Object(properties)) => {
+                        properties.iter().for_each(|(key, inner)| note_uses(inner, Some(key), uses));
+                    }
+                    ("definitions", Value::Object(definitions)) => {
+                        definitions.values().for_each(|inner| note_uses(inner, None, uses));
+                    }
+                    _ => note_uses(inner, key, uses),
+                }
+            }
+        }
+        _ => {}
+    }
 }
 
 fn collect(schema: &Map<String, Value>, key: &str, owner: &str, owners: &mut Vec<String>) {

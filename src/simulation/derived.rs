@@ -1,12 +1,13 @@
 //! `derived.csv`: quantities that the case derives from columns of the other tables.
 
 use crate::assembly::ContactSystem;
-use crate::case::{Case, Derived};
+use crate::case::{Case, Derived, Output};
 use crate::error::Result;
 use crate::model::Model;
 use crate::observe::bodies::{BODY_COLUMNS, BodyReport};
 use crate::observe::contact::{ContactColumn, ContactReport};
 use crate::observe::energy::{ENERGY_COLUMNS, Energies, MOMENTUM_COLUMNS, Momentum};
+use crate::observe::loads::{LOAD_COLUMNS, load_names};
 use crate::observe::probes::{ProbeColumn, Watched, watch};
 use crate::observe::quantity::{Cell, Column, ReportedQuantity};
 use crate::observe::reactions::{REACTION_COLUMNS, Reaction};
@@ -27,6 +28,8 @@ pub struct StepRows<'a, const D: usize> {
     pub rigid: &'a [RigidReport],
     /// The deformable bodies, if the case requests their table.
     pub bodies: &'a [BodyReport],
+    /// The loads, if the case requests their table.
+    pub loads: &'a [Reaction],
     /// The energies.
     pub energies: &'a Energies,
     /// The momentum of all bodies.
@@ -70,6 +73,10 @@ fn known<const D: usize>(case: &Case, model: &Model<D>, watched: Option<&[Watche
         let bodies = model.bodies.iter().map(|body| body.name.as_str()).collect();
         add("bodies", bodies, names_of::<D, _>(BODY_COLUMNS));
     }
+    if case.output.loads {
+        let loads = load_names(model.loads.iter().map(|load| load.name.as_str()));
+        add("loads", loads, names_of::<D, _>(LOAD_COLUMNS));
+    }
     match watched {
         None => {
             let columns = names::<D>(ProbeColumn::<D>::TABLE.iter().map(|column| &column.quantity));
@@ -102,7 +109,7 @@ pub fn require_columns<const D: usize>(
     for derived in case.output.derived.values() {
         let missing = derived.columns().iter().find(|(column, _)| !known.contains(column));
         if let Some((column, offset)) = missing {
-            let complaint = unknown(column, &known, case.output.bodies);
+            let complaint = unknown(column, &known, &case.output);
             return Err(case.complain(&complaint.at(derived.place).offset(*offset)));
         }
     }
@@ -127,11 +134,12 @@ pub fn require_derived<const D: usize>(
 
 /// The complaint about an unknown column: it lists the columns of its row, else the rows of its table,
 /// else the tables.
-fn unknown(column: &str, known: &[String], bodies: bool) -> Complaint {
+fn unknown(column: &str, known: &[String], output: &Output) -> Complaint {
     let table = column.split('.').next().unwrap_or_default();
-    if table == "bodies" && !bodies {
-        return Complaint::new(format!("'{column}' is in `bodies.csv`, which this case does not write"))
-            .hint("add `bodies: true` to `output`");
+    let is_off = matches!(table, "bodies" if !output.bodies) || matches!(table, "loads" if !output.loads);
+    if is_off {
+        return Complaint::new(format!("'{column}' is in `{table}.csv`, which this case does not write"))
+            .hint(format!("add `{table}: true` to `output`"));
     }
     let start = format!("{column}-");
     if let Some(name) = known.iter().find(|name| name.starts_with(&start)) {
@@ -188,6 +196,7 @@ impl<const D: usize> StepRows<'_, D> {
                 of_row::<D, _>(RIGID_COLUMNS, self.rigid.iter().find(|own| own.state.name == row)?, name)
             }
             "bodies" => of_row::<D, _>(BODY_COLUMNS, self.bodies.iter().find(|own| own.name == row)?, name),
+            "loads" => of_row::<D, _>(LOAD_COLUMNS, self.loads.iter().find(|own| own.name == row)?, name),
             "probes" => {
                 let place = self.probes.0.iter().position(|probe| probe.name == row)?;
                 let headings = self.probes.0[place].headings();

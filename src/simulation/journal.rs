@@ -25,6 +25,7 @@ use crate::observe::contact::{self, ContactColumn};
 use crate::observe::energy::{Energies, EnergyLedger};
 use crate::observe::fields::surface_cells;
 use crate::observe::lines::{self, WatchedPoint};
+use crate::observe::loads::load_reports;
 use crate::observe::probes::{self, Watched};
 use crate::observe::reactions::reactions;
 use crate::output::accuracy::AccuracyRecord;
@@ -55,6 +56,7 @@ pub struct Journal<const D: usize> {
     pub(super) format: FieldFormat,
     /// Whether the case requests the table of the bodies.
     bodies: bool,
+    loads: bool,
     /// The quantities that the case derives.
     derived: Vec<Derived>,
     pub(super) end: f64,
@@ -114,6 +116,7 @@ impl<const D: usize> Journal<D> {
             stresses: case.output.fields.stresses,
             format: case.output.fields.format.value,
             bodies: case.output.bodies,
+            loads: case.output.loads,
             derived: case.output.derived.values().map(|derived| derived.value.clone()).collect(),
             end: case.time.end.value,
             model: model.clone(),
@@ -318,6 +321,7 @@ impl<const D: usize> Journal<D> {
         let reactions = reactions(system, &stage.trial.u, ledger.reactions());
         let rigid = ledger.rigid();
         let bodies = if self.bodies { body_reports(system, stage) } else { Vec::new() };
+        let loads = if self.loads { load_reports(system, stage) } else { Vec::new() };
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
             tables.check()?;
             tables.begin_row(self.step, stage.trial.time, dt);
@@ -326,6 +330,7 @@ impl<const D: usize> Journal<D> {
             tables.reactions(&reactions)?;
             tables.rigid(&rigid)?;
             tables.bodies(&bodies)?;
+            tables.loads(&loads)?;
             tables.lines(&along)?;
             tables.energies(energies)?;
             tables.momentum(ledger.momentum())?;
@@ -336,6 +341,7 @@ impl<const D: usize> Journal<D> {
                 reactions: &reactions,
                 rigid: &rigid,
                 bodies: &bodies,
+                loads: &loads,
                 energies,
                 momentum: ledger.momentum(),
             };

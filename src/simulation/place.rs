@@ -95,6 +95,7 @@ pub(super) fn prepare<const D: usize>(
     let optional = OptionalTables {
         rigid: !case.rigid.is_empty(),
         bodies: case.output.bodies,
+        loads: case.output.loads,
         lines: case.output.lines.names().next().is_some(),
         derived: case.output.derived.names().map(str::to_owned).collect(),
     };

@@ -10,6 +10,7 @@ use crate::observe::energy::{
     ENERGY_COLUMNS, ENERGY_FILE, Energies, MOMENTUM_COLUMNS, MOMENTUM_FILE, Momentum,
 };
 use crate::observe::lines::{LINE_COLUMNS, LINE_FILE, LinePoint};
+use crate::observe::loads::{LOAD_COLUMNS, LOAD_FILE};
 use crate::observe::probes::{PROBE_FILE, Watched};
 use crate::observe::quantity::{Cell, Column, DERIVED_FILE, TableFile, headings};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE, Reaction};
@@ -26,6 +27,8 @@ pub struct OptionalTables {
     pub rigid: bool,
     /// That of the deformable bodies, if the case requests it.
     pub bodies: bool,
+    /// That of the loads, if the case requests it.
+    pub loads: bool,
     /// That of segments.
     pub lines: bool,
     /// Names of the derived quantities; without any there is no table of them.
@@ -41,6 +44,8 @@ pub struct Tables<const D: usize> {
     rigid: Option<Table>,
     /// The table of the deformable bodies, if the case requests it.
     bodies: Option<Table>,
+    /// The table of the loads, if the case requests it.
+    loads: Option<Table>,
     /// The table of segments; `None` without segments.
     lines: Option<Table>,
     /// The table of the derived quantities, if there are any.
@@ -88,6 +93,7 @@ impl<const D: usize> Tables<D> {
             reactions: open(&REACTION_FILE, columns::<D, _>(REACTION_COLUMNS))?,
             rigid: optional.rigid.then(|| open(&RIGID_FILE, columns::<D, _>(RIGID_COLUMNS))).transpose()?,
             bodies: optional.bodies.then(|| open(&BODY_FILE, columns::<D, _>(BODY_COLUMNS))).transpose()?,
+            loads: optional.loads.then(|| open(&LOAD_FILE, columns::<D, _>(LOAD_COLUMNS))).transpose()?,
             lines: optional.lines.then(|| open(&LINE_FILE, columns::<D, _>(LINE_COLUMNS))).transpose()?,
             derived: (!optional.derived.is_empty())
                 .then(|| open(&DERIVED_FILE, optional.derived))
@@ -121,6 +127,7 @@ impl<const D: usize> Tables<D> {
             .iter()
             .chain(&self.rigid)
             .chain(&self.bodies)
+            .chain(&self.loads)
             .chain(&self.lines)
             .chain(&self.derived)
             .chain(others)
@@ -228,6 +235,19 @@ impl<const D: usize> Tables<D> {
             let own = REACTION_COLUMNS.iter().flat_map(|column| column.cells::<D>(reaction));
             self.reactions
                 .row(&head.clone().chain([Cell::Text(&reaction.name)]).chain(own).collect::<Vec<_>>())
+        })
+    }
+
+    /// Writes one row for each boundary with loads, if the case requests them.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn loads(&mut self, loads: &[Reaction]) -> Result<()> {
+        let Some(table) = &mut self.loads else { return Ok(()) };
+        let head = [Cell::Count(self.step), Cell::Number(self.time)].into_iter();
+        loads.iter().try_for_each(|load| {
+            let own = LOAD_COLUMNS.iter().flat_map(|column| column.cells::<D>(load));
+            table.row(&head.clone().chain([Cell::Text(&load.name)]).chain(own).collect::<Vec<_>>())
         })
     }
 

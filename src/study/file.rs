@@ -90,7 +90,7 @@ pub enum Reference {
 #[serde(deny_unknown_fields)]
 pub struct StudyQuantity {
     /// A table of the results: `probes.csv`, `contact.csv`, `reactions.csv`, `rigid.csv`,
-    /// `bodies.csv`, `derived.csv`, `energy.csv`, `momentum.csv`.
+    /// `bodies.csv`, `loads.csv`, `derived.csv`, `energy.csv`, `momentum.csv`.
     pub table: At<String>,
     /// Column, with its unit as in the header.
     pub column: At<String>,
@@ -145,12 +145,13 @@ tagged!(read Measure, "measure");
 tagged!(read KnownReference, "reference");
 
 /// Tables of a results folder that have a row a step.
-pub const TABLES: [&str; 8] = [
+pub const TABLES: [&str; 9] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
     "rigid.csv",
     "bodies.csv",
+    "loads.csv",
     "derived.csv",
     "energy.csv",
     "momentum.csv",

@@ -16,13 +16,21 @@ impl Check<'_> {
         }
         let scheme = &case.time.scheme;
         if scheme.value.conserves() {
-            self.found.say(scheme.place, "the conserving scheme has no axisymmetric bodies");
+            self.found.say(
+                scheme.place,
+                "the conserving scheme has no axisymmetric bodies: its forces over a step do not contain the \
+                 hoop stress",
+            );
             self.found.cure("use the scheme midpoint or generalized_alpha");
         }
         for body in case.bodies.values() {
             let regions = body.regions.values().filter_map(|region| region.viscoelasticity.as_ref());
             for viscous in body.viscoelasticity.iter().chain(regions) {
-                self.found.say(viscous.place, "viscoelasticity is not available for axisymmetric bodies");
+                self.found.say(
+                    viscous.place,
+                    "viscoelasticity is not available for axisymmetric bodies: its history does not contain the \
+                     hoop strain",
+                );
                 self.found.cure("use a sector of 3D elements with rollers, or remove the viscoelasticity");
             }
         }

@@ -95,7 +95,10 @@ impl Check<'_> {
         if self.case.time.scheme.value.conserves() {
             self.found.say(
                 free.place,
-                format!("the conserving scheme has no free rigid bodies, but '{name}' is free"),
+                format!(
+                    "the conserving scheme has no free rigid bodies, whose rotations over a step would not keep \
+                     the energy, but '{name}' is free"
+                ),
             );
             self.found.cure("use the scheme midpoint or generalized_alpha, or prescribe the motion");
         }

@@ -1,6 +1,6 @@
 //! Checks of `time`, `start`, `solver` and `output`.
 
-use super::super::{Contact, Linear, Scheme, Start, Strategy};
+use super::super::{Contact, Line, Linear, Scheme, Start, Strategy};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::quantity::Length;
@@ -167,6 +167,30 @@ impl Check<'_> {
         self.at_least_one("'max_sweeps'", max_sweeps);
     }
 
+    /// A line has two ends and a number of points, or neither.
+    fn segment(&mut self, line: &Line) {
+        match (&line.to, line.points) {
+            (Some(to), Some(points)) => {
+                self.size("an end of a line", to);
+                let values = |end: &At<Vec<Length>>| end.iter().map(|x| x.value).collect::<Vec<_>>();
+                let apart = values(&line.from) != values(to);
+                self.found.require(apart, to.place, "both ends of the line are the same point");
+                let fits = (2..=10_000).contains(&points.value);
+                let message = format!("'points' must be from 2 to 10000, found {}", points.value);
+                self.found.require(fits, points.place, message);
+            }
+            (Some(to), None) => {
+                self.found.say(to.place, "the number of points of the line is missing");
+                self.found.cure("add for example `points: 21`, or remove `to` for a single point");
+            }
+            (None, Some(points)) => {
+                self.found.say(points.place, "the last point of the line is missing");
+                self.found.cure("add `to`, or remove `points` for a single point");
+            }
+            (None, None) => {}
+        }
+    }
+
     pub(super) fn output(&mut self) {
         let output = &self.case.output;
         if let Some(checkpoint) = &output.checkpoint {
@@ -176,13 +200,7 @@ impl Check<'_> {
         }
         for line in output.lines.values() {
             self.size("an end of a line", &line.from);
-            self.size("an end of a line", &line.to);
-            let values = |end: &At<Vec<Length>>| end.iter().map(|x| x.value).collect::<Vec<_>>();
-            let apart = values(&line.from) != values(&line.to);
-            self.found.require(apart, line.to.place, "both ends of the line are the same point");
-            let fits = (2..=10_000).contains(&line.points.value);
-            let message = format!("'points' must be from 2 to 10000, found {}", line.points.value);
-            self.found.require(fits, line.points.place, message);
+            self.segment(line);
             let Some(on) = &line.on else { continue };
             if self.body_of(on) {
                 let whole = !on.contains('.');

@@ -253,7 +253,7 @@ fn shapes_of_rigid_bodies_are_checked() {
         (
             2,
             "torus: { center: [0, 0], axis: [0, 1], ring_radius: 1, tube_radius: 0.5 }".to_owned(),
-            &["a torus is a 3D obstacle", "two obstacles of the kind `sphere`"],
+            &["a torus is a 3D obstacle", "a `sphere` for each disc"],
         ),
         (
             3,

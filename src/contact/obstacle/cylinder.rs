@@ -31,7 +31,10 @@ impl CylinderObstacle {
     pub(super) fn check(&self, dimension: usize, findings: &mut Findings) {
         if dimension != 3 {
             findings.say(self.point.place, "a cylinder is a 3D obstacle");
-            findings.cure("use a `sphere`, which is a disc in 2D");
+            findings.cure(
+                "use a `sphere`, which is a disc in 2D; with `dimension: axisymmetric` a `plane` with the normal \
+                 [1, 0] or [-1, 0] for a cylinder about the axis",
+            );
             return;
         }
         check_place("the point of a cylinder", &self.point, dimension, findings);

@@ -34,7 +34,10 @@ impl TorusObstacle {
     pub(super) fn check(&self, dimension: usize, findings: &mut Findings) {
         if dimension != 3 {
             findings.say(self.center.place, "a torus is a 3D obstacle: a section of it is two discs");
-            findings.cure("use two obstacles of the kind `sphere`, which is a disc in 2D");
+            findings.cure(
+                "use a `sphere` for each disc, which is a disc in 2D; with `dimension: axisymmetric` one of them \
+                 at x = ring_radius",
+            );
             return;
         }
         check_place("the centre of a torus", &self.center, dimension, findings);

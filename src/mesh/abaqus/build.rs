@@ -354,7 +354,7 @@ impl Surfaces<'_> {
                 Some(set) => Ok(Some(set)),
                 None => {
                     let message = format!("there is no {what} set '{}'", shown(name));
-                    Err(self.deck.error_at(face.place, message).hint("write the input again"))
+                    Err(self.deck.error_at(face.place, message).hint(&sets.cure()))
                 }
             },
         }

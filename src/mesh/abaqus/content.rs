@@ -386,7 +386,8 @@ impl Content {
         sets.find(field, self.scope, self.instance()).ok_or_else(|| {
             let of = if target == Target::Nodes { "node" } else { "element" };
             let message = format!("there is no {of} set '{}' above this line", shown(lines::name(field)));
-            deck.error(message).hint("define a set before the sets that contain it")
+            let cure = format!("define a set before the sets that contain it; {}", sets.cure());
+            deck.error(message).hint(&cure)
         })
     }
 

@@ -43,6 +43,17 @@ impl Names {
         number
     }
 
+    /// The cure for the name of a set that does not exist: the first of the names that do.
+    pub fn cure(&self) -> String {
+        const SHOWN: usize = 20;
+        let shown: Vec<&str> = self.list.iter().take(SHOWN).map(|set| set.name.as_str()).collect();
+        match self.list.len() {
+            0 => "the file defines no such set up to here".to_owned(),
+            1..=SHOWN => format!("known: {}", shown.join(", ")),
+            more => format!("known: {} and {} more", shown.join(", "), more - SHOWN),
+        }
+    }
+
     /// Number of a set that is named in `scope`. In an assembly `instance` may precede the name.
     pub fn find(&self, name: &str, scope: Scope, instance: Option<&str>) -> Option<u32> {
         let name = key(name);

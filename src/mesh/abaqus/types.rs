@@ -70,7 +70,7 @@ pub(super) fn classify(name: &str, plane: PlaneState) -> Class {
 
 /// The names of all types of solid elements, for messages.
 pub(super) fn known() -> String {
-    SOLIDS.map(|(name, _)| name).join(", ") + ", CPS3, CPS4, CPS6, CPS8"
+    SOLIDS.map(|(name, _)| name).join(", ") + ", CPS3, CPS4, CPS6, CPS8, CAX3, CAX4, CAX6, CAX8"
 }
 
 /// Face `S1`, `S2`, ... of a kind as an index into [`ElementKind::sides`].
