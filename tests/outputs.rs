@@ -589,6 +589,8 @@ fn resultants_of_loads_and_supports() {
         near(&of("force"), &force, 1e-7);
         near(&of("centre"), &centre, 1e-7);
     }
+    // Statics begins without loads.
+    assert!(loads.numbers("force_z")[..3].iter().all(|force| *force == 0.0));
     near(&[stiff.table("derived.csv").last("share")], &[3.0], 1e-6);
     let base = stiff.table("reactions.csv").only("boundary", "base");
     let of = |column: &str| ["x", "y", "z"].map(|axis| base.last(&format!("{column}_{axis}")));

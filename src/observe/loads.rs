@@ -1,4 +1,5 @@
-//! `loads.csv`: force and moment of each load of `boundary`. One entry of [`LOAD_COLUMNS`] is one column.
+//! `loads.csv`: force and moment of each load of `boundary`. One entry of [`LOAD_COLUMNS`] is one
+//! column.
 
 use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use super::reactions::{CENTRE, Reaction, Resultant, place_of};
@@ -16,7 +17,11 @@ pub const LOAD_FILE: TableFile = TableFile {
 /// The columns of `loads.csv` after step, time and the name of the boundary.
 pub const LOAD_COLUMNS: &[Column<Reaction>] = &[
     Column {
-        quantity: ReportedQuantity::vector("force", "N", "sum of its nodal forces on the bodies"),
+        quantity: ReportedQuantity::vector(
+            "force",
+            "N",
+            "sum of its nodal forces on the bodies at the end of the step",
+        ),
         value: Value::Vector(|load| load.force),
     },
     Column {
@@ -44,19 +49,20 @@ pub fn load_names<'a>(loads: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 /// Reports the loads of all boundaries at the trial state of `stage`. Collective.
 pub fn load_reports<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<Reaction> {
     let names = load_names(system.load_names());
-    let row = |name: &str| names.iter().position(|known| *known == name).unwrap_or(0);
-    let rows: Vec<usize> = system.load_names().map(row).collect();
+    let row = |name: &str| names.iter().position(|known| *known == name);
+    let rows: Vec<Option<usize>> = system.load_names().map(row).collect();
     let mut sums = vec![Resultant::default(); names.len()];
     let mesh = &system.bodies().local().mesh;
     let u = stage.trial.u.owned();
     system.each_load(stage, |load, forces| {
+        let Some(sum) = rows[load].and_then(|row| sums.get_mut(row)) else { return };
         for (node, force) in forces.chunks_exact(D).enumerate() {
             if force.iter().any(|own| *own != 0.0) {
                 let place = place_of(mesh, &u, node);
-                (0..D).for_each(|axis| sums[rows[load]].add(&place, axis, force[axis]));
+                (0..D).for_each(|axis| sum.add(&place, axis, force[axis]));
             }
         }
     });
-    sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(Resultant::parts));
-    names.iter().zip(&sums).map(|(name, sum)| sum.named(name)).collect()
+    sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(Resultant::terms));
+    names.iter().zip(&sums).map(|(name, sum)| sum.row(name)).collect()
 }

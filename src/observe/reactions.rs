@@ -7,7 +7,8 @@ use crate::assembly::ContactSystem;
 use crate::mesh::Mesh;
 use crate::petsc::{Vector, sum_over_ranks};
 
-/// Reaction of one support, roller, foundation, boundary with springs or pair of tied surfaces, the same on all ranks.
+/// Resultant of one support, roller, foundation, boundary with springs, pair of tied surfaces, or load,
+/// the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
     /// Name of the boundary or of the tied surfaces.
@@ -79,8 +80,10 @@ pub(super) struct Resultant {
 }
 
 impl Resultant {
-    /// Nodal forces are taken to cancel if their resultant is below this part of the sum of their absolute
-    /// values. Rounding leaves 1e-16 for each of them and the tolerance of Newton's method 1e-7 in all.
+    /// Nodal forces are taken to cancel if their resultant is below this part of the sum of their
+    /// absolute values. It is above what rounding (1e-16) and the default tolerance of Newton's
+    /// method (1e-7) leave of forces that cancel. Half and twice the value decide otherwise only
+    /// where the centre is a million times the size of the surface away.
     const CANCELS: f64 = 1e-6;
 
     /// Adds the component `own` along `axis` of a force at `place`.
@@ -95,7 +98,7 @@ impl Resultant {
     }
 
     /// The sums of forces on nodes at their places.
-    fn of<const D: usize>(
+    fn of_nodes<const D: usize>(
         forces: impl IntoIterator<Item = (usize, [f64; D])>,
         place: impl Fn(usize) -> [f64; 3],
     ) -> Self {
@@ -107,13 +110,13 @@ impl Resultant {
     }
 
     /// All sums, for a reduction over the ranks.
-    pub fn parts(&mut self) -> impl Iterator<Item = &mut f64> {
+    pub fn terms(&mut self) -> impl Iterator<Item = &mut f64> {
         let vectors = self.force.iter_mut().chain(&mut self.moment).chain(&mut self.places);
         vectors.chain([&mut self.size, &mut self.count])
     }
 
-    /// Centre of the force \[m\]: the point of its line of action that is nearest to the mean position `m`
-    /// of its nodes, `m + F x (M - m x F) / |F|^2`. `None` if the force vanishes.
+    /// Centre of the force \[m\]: the point of its line of action that is nearest to the mean
+    /// position `m` of its nodes, `m + F x (M - m x F) / |F|^2`. `None` if the force vanishes.
     fn centre(&self) -> Option<[f64; 3]> {
         let force = Vector3::from(self.force);
         if force.norm() <= Self::CANCELS * self.size {
@@ -125,7 +128,7 @@ impl Resultant {
     }
 
     /// The row of the sums over all ranks.
-    pub fn named(&self, name: &str) -> Reaction {
+    pub fn row(&self, name: &str) -> Reaction {
         Reaction { name: name.to_owned(), force: self.force, moment: self.moment, centre: self.centre() }
     }
 }
@@ -154,27 +157,27 @@ pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalanc
         sums.push((&boundary.name, sum));
     }
     for (name, forces) in rollers.forces(&imbalance) {
-        sums.push((name, Resultant::of(forces, place)));
+        sums.push((name, Resultant::of_nodes(forces, place)));
     }
     for (name, forces) in system.bodies().elastic_supports().forces() {
-        sums.push((name, Resultant::of(forces, place)));
+        sums.push((name, Resultant::of_nodes(forces, place)));
     }
     for (name, torque) in system.bodies().elastic_supports().torques() {
         sums.push((name, Resultant { moment: torque, ..Resultant::default() }));
     }
     for (name, forces) in system.bodies().ties().forces() {
-        sums.push((name, Resultant::of(forces, place)));
+        sums.push((name, Resultant::of_nodes(forces, place)));
     }
-    sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(|(_, sum)| sum.parts()));
-    sums.iter().map(|(name, sum)| sum.named(name)).collect()
+    sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(|(_, sum)| sum.terms()));
+    sums.iter().map(|(name, sum)| sum.row(name)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A pressure that grows linearly over two nodes acts nearer to the second one, a couple has no centre, and a
-    /// force along the line between the nodes acts at their middle.
+    /// A pressure that grows linearly over two nodes acts nearer to the second one, a couple has no
+    /// centre, and a force along the line between the nodes acts at their middle.
     #[test]
     fn forces_act_at_their_centre() {
         let of = |forces: [[f64; 3]; 2]| {
@@ -182,7 +185,7 @@ mod tests {
             for (force, place) in forces.iter().zip([[1.0, 2.0, 0.5], [4.0, 2.0, 0.5]]) {
                 (0..3).for_each(|axis| sum.add(&place, axis, force[axis]));
             }
-            sum.named("a")
+            sum.row("a")
         };
         let near = |found: Option<[f64; 3]>, exact: [f64; 3]| {
             let found = found.expect("a centre");

@@ -79,12 +79,16 @@ pub const RIGID_COLUMNS: &[Column<RigidReport>] = &[
         quantity: ReportedQuantity::rotation(
             "angular",
             "N m s",
-            "angular momentum of a free body about its centre of mass",
+            "angular momentum of a free body about its centre of mass; empty for other bodies and without mass",
         ),
         value: Value::OptionalVector(|report| report.state.motion.map(|motion| motion.angular)),
     },
     Column {
-        quantity: ReportedQuantity::number("kinetic", "J", "kinetic energy of a free body"),
+        quantity: ReportedQuantity::number(
+            "kinetic",
+            "J",
+            "kinetic energy of a free body; empty for other bodies and without mass",
+        ),
         value: Value::Optional(|report| report.state.motion.map(|motion| motion.kinetic)),
     },
 ];

@@ -7,7 +7,7 @@
 use super::{GMRES, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
-    about: "GMRES with ILU(0) on overlapping subdomains: best with inertia, also with contact",
+    about: "GMRES with ILU(0) on overlapping subdomains: best in 3D and with inertia, also with contact",
     implementation: Implementation::Overlapping,
     options: &[
         GMRES[0],

@@ -56,6 +56,7 @@ pub struct Journal<const D: usize> {
     pub(super) format: FieldFormat,
     /// Whether the case requests the table of the bodies.
     bodies: bool,
+    /// Whether the case requests the table of the loads.
     loads: bool,
     /// The quantities that the case derives.
     derived: Vec<Derived>,

@@ -58,8 +58,11 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Whether the problem is small enough to use a factorisation first. In space 200 iterations with
-    /// incomplete factors, after which they count as failed, cost as much as one from here on.
+    /// Whether the problem is small enough to use a factorisation first.
+    ///
+    /// In 3D statics a factorisation of fewer unknowns takes no longer than the 200 iterations after
+    /// which incomplete factors count as failed: with MUMPS a cube on a plane took 21 ms for 2187
+    /// unknowns, 39 ms for 3993 and 340 ms for 14 739, and 200 iterations 17, 30 and 140 ms.
     fn is_small(&self) -> bool {
         self.unknowns
             < match (self.dimension, self.dynamic) {
@@ -78,8 +81,9 @@ impl Problem {
         match (self.dimension, symmetric, self.dynamic) {
             (_, true, _) if self.tied => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
             (_, false, _) if self.tied => &["filtered_amg", "gmres_asm_ilu", "direct"],
-            (3, true, _) => &["gmres_asm_ilu", "cg_filtered_amg", "direct"],
-            (3, false, _) => &["gmres_asm_ilu", "filtered_amg", "direct"],
+            // Both multigrid presets take any rows.
+            (3, ..) if self.symmetric => &["gmres_asm_ilu", "cg_filtered_amg", "direct"],
+            (3, ..) => &["gmres_asm_ilu", "filtered_amg", "direct"],
             (_, true, true) if self.contact => &["cg_icc", "cg_filtered_amg", "cholesky", "direct"],
             (_, true, true) => &["cg_icc", "cholesky", "direct"],
             (_, true, false) if self.contact => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
@@ -191,13 +195,16 @@ mod tests {
         }
     }
 
-    /// In space the first solver is a factorisation below 4000 unknowns in statics, else GMRES with incomplete
-    /// factors, and the filtered multigrid takes over.
+    /// In 3D statics the first solver is a factorisation below 4000 unknowns, else GMRES with
+    /// incomplete factors, and the filtered multigrid takes over. The ladder is that for the format
+    /// that a run chooses for it.
     #[test]
-    fn space_begins_with_incomplete_factors() {
+    fn statics_in_3d_begins_with_incomplete_factors() {
         let solid = Problem { dimension: 3, dynamic: false, ..SCENE };
         let names = |problem: Problem| -> Vec<&str> {
-            ladder(&LinearChoice::Auto, &problem).unwrap().iter().map(|preset| preset.name).collect()
+            let format = Some(storage(&ladder(&LinearChoice::Auto, &problem).unwrap()));
+            let chosen = ladder(&LinearChoice::Auto, &Problem { format, ..problem }).unwrap();
+            chosen.iter().map(|preset| preset.name).collect()
         };
         assert_eq!(names(Problem { unknowns: 3_999, ..solid }), ["direct"]);
         for unknowns in [4_000, 5_000_000] {
