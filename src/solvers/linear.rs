@@ -71,6 +71,8 @@ pub struct LinearSolver {
     /// Number of solves on a higher rung before the first rung is tried again.
     patience: u32,
     symmetric: bool,
+    /// Whether a factorisation is cheap for this problem and the program chose the presets.
+    prefers_factors: bool,
     fallbacks: Vec<Fallback>,
     fatigue: SetupAge,
     /// Pattern of the last matrix. Setups for another pattern cannot be reused.
@@ -98,9 +100,8 @@ pub struct LinearSolver {
 impl LinearSolver {
     /// Number of iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
-    /// Number of iterations after which a preset counts as failed if filtered multigrid is
-    /// available. That many cheap iterations cost as much as the expensive ones of filtered
-    /// multigrid.
+    /// Number of iterations after which a preset counts as failed if filtered multigrid or a cheap
+    /// factorisation is available. That many cheap iterations cost as much as either of them.
     const WORTHWHILE: usize = 200;
     /// Tolerance of a solve whose result is not used.
     const ANY: f64 = 0.5;
@@ -125,6 +126,7 @@ impl LinearSolver {
             calm: 0,
             patience: Self::PATIENCE,
             symmetric: problem.symmetric,
+            prefers_factors: *choice == LinearChoice::Auto && problem.prefers_factors(),
             fallbacks: Vec::new(),
             fatigue: SetupAge::default(),
             pattern: None,
@@ -401,7 +403,8 @@ impl LinearSolver {
 
     /// Number of iterations after which the current preset counts as failed.
     fn most(&self) -> usize {
-        let next = self.ladder.get(self.rung + 1).is_some_and(|next| next.is_own());
+        let is_better = |next: &&Preset| next.is_own() || self.prefers_factors && !next.iterative;
+        let next = self.ladder.get(self.rung + 1).is_some_and(is_better);
         if next { Self::WORTHWHILE } else { Self::MAX_ITERATIONS }
     }
 
