@@ -1,4 +1,5 @@
-//! `scripts/convert-mesh.py`: meshes in Exodus and VTU keep their elements and sets on the way to a run.
+//! `scripts/convert-mesh.py`: meshes in Exodus and VTU keep their elements and sets on the way to a
+//! run.
 
 mod common;
 
@@ -6,8 +7,8 @@ use std::process::Command;
 
 use common::{Folder, Table, near, run};
 
-/// Writes `mesh.e` and `mesh.vtu` with one element of each kind in space, 3 m apart. The sides of Exodus are
-/// sets, and the VTU has them as cells with an array of integers.
+/// Writes `mesh.e` and `mesh.vtu` with one element of each kind in space, 3 m apart. The sides of
+/// Exodus are sets, and the VTU has them as cells with an array of integers.
 const WRITER: &str = r#"
 import meshio
 import netCDF4
@@ -119,8 +120,8 @@ fn python(folder: &Folder, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("text")
 }
 
-/// The centre of a traction on each set of sides is that of the side of its number in the format, and the mass
-/// that of the elements.
+/// The centre of a traction on each set of sides is that of the side of its number in the format,
+/// and the mass that of the elements.
 #[test]
 fn sides_and_elements_survive_the_conversion() {
     let folder = Folder::new("convert");

@@ -573,8 +573,9 @@ solver: { newton: { tolerance: 1.0e-10 } }
 output: { loads: true, derived: { share: 'loads.top.force_z / loads.weight.force_z' } }
 ";
 
-/// `loads.csv` has the totals of a stiff block, each at its centre. The line of action of the force of the
-/// support passes through its centre. A soft block balances in forces and moments, on 1 and 3 ranks.
+/// `loads.csv` has the totals of a stiff block, each at its centre. The line of action of the force
+/// of the support passes through its centre. A soft block balances in forces and moments, on 1 and
+/// 3 ranks.
 #[test]
 fn resultants_of_loads_and_supports() {
     let stiff = Results::of(&LOADED.replace("YOUNG", "1.0e13"), 1);

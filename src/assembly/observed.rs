@@ -45,8 +45,8 @@ impl<const D: usize> ContactSystem<D> {
         self.external.names()
     }
 
-    /// Calls `receive` with the number of each load and its force on the owned unknowns \[N\] at the
-    /// trial state of `stage`, with the load factor of the last evaluation.
+    /// Calls `receive` with the number of each load and its force on the owned unknowns \[N\] at
+    /// the trial state of `stage`, with the load factor of the last evaluation.
     pub fn each_load(&self, stage: &Stage, receive: impl FnMut(usize, &[f64])) {
         let u = stage.trial.u.local();
         let at = Self::moment(stage, self.factor, &u);

@@ -80,9 +80,10 @@ fn is_on_axis<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> bool {
     mesh.plane.is_revolved() && mesh.facet_corners(facet).all(|node| mesh.points[node as usize][0] == 0.0)
 }
 
-/// Distance from the axis of revolution, relative to the largest radius of the body, up to which a node is on the
-/// axis. Mesh files have 7 to 16 digits. The next nodes of a mesh without a hole are an element away, so the
-/// value matters only for a hole of this size, which is closed. Other values were not tried.
+/// Distance from the axis of revolution, relative to the largest radius of the body, up to which a
+/// node is on the axis. Mesh files have 7 to 16 digits. The next nodes of a mesh without a hole are
+/// an element away, so the value matters only for a hole of this size, which is closed. Other
+/// values were not tried.
 const ON_AXIS: f64 = 1e-7;
 
 /// Puts nodes of a body that are on the axis of revolution within rounding exactly on it.

@@ -7,8 +7,8 @@ use crate::assembly::ContactSystem;
 use crate::mesh::Mesh;
 use crate::petsc::{Vector, sum_over_ranks};
 
-/// Resultant of one support, roller, foundation, boundary with springs, pair of tied surfaces, or load,
-/// the same on all ranks.
+/// Resultant of one support, roller, foundation, boundary with springs, pair of tied surfaces, or
+/// load, the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
     /// Name of the boundary or of the tied surfaces.

@@ -60,9 +60,9 @@ pub struct Problem {
 impl Problem {
     /// Whether the problem is small enough to use a factorisation first.
     ///
-    /// In 3D statics a factorisation of fewer unknowns takes no longer than the 200 iterations after
-    /// which incomplete factors count as failed: with MUMPS a cube on a plane took 21 ms for 2187
-    /// unknowns, 39 ms for 3993 and 340 ms for 14 739, and 200 iterations 17, 30 and 140 ms.
+    /// In 3D statics a factorisation of fewer unknowns takes no longer than the 200 iterations
+    /// after which incomplete factors count as failed: with MUMPS a cube on a plane took 21 ms for
+    /// 2187 unknowns, 39 ms for 3993 and 340 ms for 14 739, and 200 iterations 17, 30 and 140 ms.
     fn is_small(&self) -> bool {
         self.unknowns
             < match (self.dimension, self.dynamic) {
@@ -72,9 +72,10 @@ impl Problem {
             }
     }
 
-    /// Whether a factorisation follows incomplete factors that fail. In 3D statics of fewer unknowns
-    /// than this it takes no longer than multigrid: with MUMPS two boxes in contact took 0.26 s per
-    /// solve for 10 104 unknowns, with `filtered_amg` 0.37 s and for 27 753 unknowns 1.1 s.
+    /// Whether a factorisation follows incomplete factors that fail. In 3D statics of fewer
+    /// unknowns than this it takes no longer than multigrid: with MUMPS two boxes in contact took
+    /// 0.26 s per solve for 10 104 unknowns, with `filtered_amg` 0.37 s and for 27 753 unknowns 1.1
+    /// s.
     pub(super) fn prefers_factors(&self) -> bool {
         !self.dynamic && self.dimension == 3 && !self.tied && self.unknowns < 15_000
     }
