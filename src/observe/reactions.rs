@@ -17,7 +17,8 @@ pub struct Reaction {
     pub force: [f64; 3],
     /// Moment that it exerts on the bodies about the origin \[N m\], per metre of depth in 2D.
     pub moment: [f64; 3],
-    /// Centre of the force \[m\]; `None` if the force vanishes. See [`Resultant::centre`].
+    /// Point of the line of action of the force that is nearest to the mean position of its nodes
+    /// \[m\]; `None` if the force vanishes.
     pub centre: Option<[f64; 3]>,
 }
 
