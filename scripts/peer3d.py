@@ -9,9 +9,9 @@ The script computes this one scene only:
 - Coulomb friction with the smooth law of velocity, (2.29) of docs/theory.md;
 - Newmark's average acceleration;
 - a frictionless static start in four increments.
-UFL derives residual and tangent. Newton's method is SNES with the line search `cp`. Linear systems are solved by
-GMRES with ILU(0), by GMRES with smoothed aggregation (GAMG, with the rigid motions), or by MUMPS. The
-script is serial. Debian's package python3-dolfinx-real provides the dependencies.
+UFL derives residual and tangent. Newton's method is SNES with the line search `cp`. Linear systems are
+solved by GMRES with ILU(0), by GMRES with smoothed aggregation (GAMG, with the rigid motions), or by
+MUMPS. The script is serial. Debian's package python3-dolfinx-real provides the dependencies.
 docs/performance/against-a-script.md has the measurements.
 
 usage: peer3d.py case N STEPS CASE.yml                   writes the same scene as a case of contact-petsc
@@ -35,9 +35,9 @@ CASE = """title: Cube of scripts/peer3d.py
 dimension: 3
 bodies:
   cube:
-    mesh: {{ box: {{ min: [0, 0, 0], max: [0.1, 0.1, 0.1], cells: [{n}, {n}, {n}], element: hex8 }} }}
-    material: {{ neo_hookean: {{ young_modulus: 5.0e6, poisson_ratio: 0.45 }} }}
-    density: 1700
+    mesh: {{ box: {{ min: [0, 0, 0], max: [{SIDE}, {SIDE}, {SIDE}], cells: [{cells}, {cells}, {cells}], element: hex8 }} }}
+    material: {{ neo_hookean: {{ young_modulus: {YOUNG}, poisson_ratio: {POISSON} }} }}
+    density: {DENSITY}
     locking: none
 obstacles:
   floor: {{ plane: {{ point: [0, 0, 0], normal: [0, 0, 1] }} }}
@@ -45,8 +45,8 @@ contact:
   sole:
     contactor: cube.bottom
     target: floor
-    normal: {{ penalty: {{ compliance: 1.0e-9 }} }}
-    friction: {{ coulomb: {{ coefficient: 0.5, regularization: {{ smooth_stick_velocity: 0.01 }} }} }}
+    normal: {{ penalty: {{ compliance: {COMPLIANCE} }} }}
+    friction: {{ coulomb: {{ coefficient: {FRICTION}, regularization: {{ smooth_stick_velocity: {STICK_VELOCITY} }} }} }}
     initial_overclosure: accept
 boundary:
   clamp:
@@ -54,10 +54,10 @@ boundary:
     displacement:
       x: "if(t < 0.002, t/2 - 0.001/pi * sin(500*pi*t), t - 0.001)"
       y: "0.5 * if(t < 0.002, t/2 - 0.001/pi * sin(500*pi*t), t - 0.001)"
-      z: -0.01
-start: {{ equilibrium: {{ friction: false, increments: 4 }} }}
-time: {{ end: {end}, step: 5.0e-4, scheme: newmark }}
-solver: {{ newton: {{ tolerance: 1.0e-6 }} }}
+      z: {PRESS}
+start: {{ equilibrium: {{ friction: false, increments: {INCREMENTS} }} }}
+time: {{ end: {end}, step: {STEP}, scheme: newmark }}
+solver: {{ newton: {{ tolerance: {TOLERANCE} }} }}
 output: {{ fields: {{ every: 0 }} }}
 """
 
@@ -65,7 +65,7 @@ output: {{ fields: {{ every: 0 }} }}
 def write_case(cells, steps, path):
     """Writes the scene as a case of contact-petsc."""
     with open(path, "w") as file:
-        file.write(CASE.format(n=cells, end=f"{steps * STEP:.6g}"))
+        file.write(CASE.format(**globals(), cells=cells, end=f"{steps * STEP:.6g}"))
 
 
 if len(sys.argv) == 5 and sys.argv[1] == "case":

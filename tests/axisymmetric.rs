@@ -427,7 +427,7 @@ fn undefined_keys_are_refused() {
         ),
         (
             SLEEVE.replace("min: [0.5, 0]", "min: [-0.5, 0]"),
-            ["negative radius", "dimension: axisymmetric", "x >= 0"],
+            ["case.yml:", "negative radius", "x >= 0"],
         ),
     ] {
         let folder = Folder::new("axisymmetric");

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, Results, SMALL_BLOCK, run};
+use common::{Folder, Results, SMALL_BLOCK, assert_says, run};
 
 /// The small block with these sets, one per line, and other names for its surfaces.
 fn with_sets(sets: &[&str], contactor: &str, on: &str) -> String {
@@ -193,4 +193,27 @@ fn restart_finds_the_same_sets_on_2_ranks() {
         });
         assert_eq!(whole, branch, "{table}");
     }
+}
+
+/// A set that combines a faulty one has no error of its own.
+#[test]
+fn only_the_cause_is_reported() {
+    let folder = Folder::new("sets");
+    let text = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [1, 1], cells: [2, 2] } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    sets:
+      part: { difference: [top, lefft] }
+      whole: { union: [part, bottom] }
+boundary: { clamp: { on: block.whole, displacement: { x: 0, y: 0 } } }
+time: { end: 1, scheme: { static: { increments: 1 } } }
+";
+    folder.write("case.yml", text);
+    let output = run(0, &["check", "case.yml"], &folder);
+    assert_eq!(output.code, Some(3), "{}", output.text());
+    assert_says(&output.stderr, &["case.yml:8:33", "no set 'lefft' above this one", "did you mean 'left'?"]);
+    assert!(!output.stderr.contains("case.yml:9:") && !output.stderr.contains("'part'"), "{}", output.stderr);
 }

@@ -83,8 +83,8 @@ pub(super) struct Resultant {
 impl Resultant {
     /// Nodal forces are taken to cancel if their resultant is below this part of the sum of their
     /// absolute values. It is above what rounding (1e-16) and the default tolerance of Newton's
-    /// method (1e-7) leave of forces that cancel. Half and twice the value decide otherwise only
-    /// where the centre is a million times the size of the surface away.
+    /// method (1e-7) leave of forces that cancel. Half and twice the value differ only for
+    /// resultants of this size, whose centre may be a million times the size of the surface away.
     const CANCELS: f64 = 1e-6;
 
     /// Adds the component `own` along `axis` of a force at `place`.

@@ -101,7 +101,8 @@ impl LinearSolver {
     /// Number of iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
     /// Number of iterations after which a preset counts as failed if filtered multigrid or a cheap
-    /// factorisation is available. That many cheap iterations cost as much as either of them.
+    /// factorisation is available. That many cheap iterations cost as much as either of them on
+    /// first-order elements; on hex20 they cost more.
     const WORTHWHILE: usize = 200;
     /// Tolerance of a solve whose result is not used.
     const ANY: f64 = 0.5;

@@ -622,3 +622,11 @@ fn all_semantic_faults_are_shown() {
     let (first, second) = (message.find(":7:14:"), message.find(":28:24:"));
     assert!(first.is_some() && first < second, "{message}");
 }
+
+/// Blocks that several keys share are named by these keys, not by their types.
+#[test]
+fn keys_belong_to_keys() {
+    let message = message(&with("density:", "x: 1\n    density:"));
+    assert!(message.contains("unknown key 'x'") && message.contains("displacement"), "{message}");
+    assert!(!message.contains("components"), "{message}");
+}
