@@ -135,6 +135,7 @@ pub struct Bodies<const D: usize> {
     pub(super) inertia: bool,
     damped: bool,
     materials: ElementMaterials,
+    linearises_pressure: bool,
     /// The free rigid bodies.
     pub(super) free: FreeBodies<D>,
     /// The viscous bodies.
@@ -202,6 +203,7 @@ impl<const D: usize> Bodies<D> {
             inertia,
             viscous: viscous_bodies(model),
             relaxes: false,
+            linearises_pressure: physics.iter().flatten().any(|of| of.formulation.linearises_pressure()),
             materials,
             damped: inertia && model.bodies.iter().any(Body::is_damped),
             pattern: pattern.clone(),
@@ -216,6 +218,11 @@ impl<const D: usize> Bodies<D> {
             bodies.holding.add_rigid(&body.name, motions, touched, words);
         }
         Ok(bodies)
+    }
+
+    /// Whether Newton's method linearises the pressure of a body, on any rank.
+    pub(super) fn linearises_pressure(&self) -> bool {
+        self.linearises_pressure
     }
 
     /// Assembles the matrices of mass and damping with this pattern, to which the solids have been

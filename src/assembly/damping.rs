@@ -39,7 +39,8 @@ impl DampingMatrix {
     ) -> Result<Self> {
         let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
         let at_rest = vec![0.0; supported.held.len()];
-        let undeformed = SolidFields { u: &at_rest, start: None, viscous: ViscousState::Relaxed };
+        let undeformed =
+            SolidFields { u: &at_rest, start: None, linearised_at: None, viscous: ViscousState::Relaxed };
         let filled = matrix.fill(|values| {
             values.zero();
             for solid in solids {
@@ -56,7 +57,7 @@ impl DampingMatrix {
                 };
                 let scaled = Vec::new();
                 let mut sink = ScaledSink { map: terms.map(), values, factor: rayleigh.stiffness, scaled };
-                let request = Request { stiffness: Some(Terms::MATERIAL) };
+                let request = Request::of(Terms::MATERIAL);
                 let done = terms.evaluate(&undeformed, request, &mut sink);
                 done.map_err(|_| Error::internal("an element of the mesh is inverted"))?;
             }

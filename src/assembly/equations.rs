@@ -7,6 +7,8 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::augmentation;
 use super::contact::LocalContact;
+use super::patches::solid_terms;
+use super::scatter::ForceSink;
 use super::soundness::unsound_force;
 use super::stages::{self, MatrixTarget};
 use super::system::ContactSystem;
@@ -15,8 +17,8 @@ use crate::contact::point::Status;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
     Augmentation, ContactCounts, ContactMonitor, Continuation, Equations, FloatingBodies, ForceChange,
-    Freeze, Lift, MatrixSource, MultigridHints, OverStep, Residual, Resumption, RigidMotion, Shortfall,
-    Split, Stage, Staging,
+    Freeze, Lift, MatrixSource, MultigridHints, OverStep, PressureLinearisation, Residual, Resumption,
+    RigidMotion, Shortfall, Split, Stage, Staging,
 };
 use crate::error::{Error, Result, agree};
 use crate::petsc::{Matrix, Vector, sum_over_ranks};
@@ -168,6 +170,30 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
             1 => "1 contact point still changes its status".to_owned(),
             n => format!("{n} contact points still change their status"),
         }
+    }
+}
+
+impl<const D: usize> PressureLinearisation for ContactSystem<D> {
+    fn linearise_pressure(&mut self, at: Option<&Vector>) {
+        let at = at.filter(|_| self.bodies.linearises_pressure());
+        self.linearised_at = at.map(|u| u.local().to_vec());
+    }
+
+    fn linearised_norm(&mut self, stage: &Stage, residual: &Vector) -> Result<Option<f64>> {
+        let Some(earlier) = self.linearised_at.as_deref().filter(|_| stage.over_step == OverStep::No) else {
+            return Ok(None);
+        };
+        self.work.copy_from(residual)?;
+        {
+            let u = stage.trial.u.local();
+            let mut force = self.work.owned_mut();
+            for solid in solid_terms(&self.bodies.solids, &self.bodies.patches) {
+                let mut sink = ForceSink::<D> { map: solid.map(), force: &mut force };
+                solid.pressure_change(&u, earlier, &mut sink);
+            }
+            self.bodies.held().clear(&mut force);
+        }
+        self.work.norm().map(Some)
     }
 }
 

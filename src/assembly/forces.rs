@@ -18,6 +18,8 @@ pub struct SolidFields<'a> {
     /// The state at the start of the step, if forces conserve over a step and the trial state is
     /// its midpoint.
     pub start: Option<&'a [f64]>,
+    /// Displacements at which the tangent has its pressure linearised, see [`Request::linearised_at`].
+    pub linearised_at: Option<&'a [f64]>,
     /// Stress of Prony series to include.
     pub viscous: ViscousState,
 }
@@ -28,6 +30,7 @@ impl<'a> SolidFields<'a> {
         Self {
             u,
             start: (stage.over_step == OverStep::Middle).then_some(start),
+            linearised_at: None,
             viscous: ViscousState::Present,
         }
     }
@@ -52,6 +55,10 @@ pub trait SolidTerms<const D: usize> {
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted>;
 
+    /// Force of the difference between the pressure linearised at the displacements `earlier` and that at `u`,
+    /// see [`ElementGroup::pressure_change`](crate::element::ElementGroup::pressure_change).
+    fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink);
+
     /// Adds `Q` to the owned rows of `force` \[N\].
     ///
     /// # Errors
@@ -73,7 +80,7 @@ pub trait SolidTerms<const D: usize> {
         lift: Option<LiftTarget>,
     ) -> std::result::Result<(), Inverted> {
         let mut sink = MatrixSink::<D>::new(self.map(), held, values, lift);
-        self.evaluate(at, Request { stiffness: Some(terms) }, &mut sink)
+        self.evaluate(at, Request { stiffness: Some(terms), linearised_at: at.linearised_at }, &mut sink)
     }
 }
 
@@ -99,5 +106,9 @@ impl<const D: usize> SolidTerms<D> for SolidElements<D> {
                 self.group.evaluate_viscous(at.u, viscous, request, sink)
             }
         }
+    }
+
+    fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink) {
+        self.group.pressure_change(u, earlier, sink);
     }
 }

@@ -65,6 +65,9 @@ struct StoredMatrix {
     settings: StageSettings,
     orientations: Vec<[f64; 4]>,
     laws: Vec<ChangedLaw>,
+    /// Whether the pressure was linearised at displacements that are stored.
+    #[serde(default)]
+    linearised: bool,
     /// Whether the bodies had viscous stress that is stored.
     viscous: bool,
     search: Option<usize>,
@@ -95,6 +98,7 @@ impl StoredSources {
             settings: source.settings,
             orientations: source.orientations.clone(),
             laws: source.contacts.iter().map(|contact| contact.law).collect(),
+            linearised: source.linearised_at.is_some(),
             viscous: source.viscous.is_some(),
             search: source
                 .search
@@ -167,6 +171,7 @@ impl StoredSources {
                 u: field("u")?,
                 v: field("v")?,
                 u_start: field("u_start")?,
+                linearised_at: matrix.linearised.then(|| field("linearised_at")).transpose()?,
                 contacts: matrix.laws.iter().enumerate().map(contact).collect::<Result<_>>()?,
                 viscous: viscous.transpose()?,
                 search: matrix.search.and_then(|number| sources.searches.get(number).cloned()),
@@ -362,6 +367,10 @@ impl<const D: usize> ContactSystem<D> {
             u: stage.trial.u.owned().to_vec(),
             v: stage.trial.v.owned().to_vec(),
             u_start: stage.start.u.owned().to_vec(),
+            linearised_at: self
+                .linearised_at
+                .as_ref()
+                .map(|u| u[..self.bodies.local.index.owned * D].to_vec()),
             orientations: self.bodies.free.orientations(),
             contacts: self.contacts.iter().map(contact).collect(),
             viscous: self.bodies.viscous_sources(),
@@ -396,9 +405,18 @@ impl<const D: usize> ContactSystem<D> {
             field.owned_mut().copy_from_slice(values);
             field.update_ghosts()?;
         }
+        self.linearised_at = match &source.linearised_at {
+            None => None,
+            Some(values) => {
+                self.work.owned_mut().copy_from_slice(values);
+                self.work.update_ghosts()?;
+                Some(self.work.local().to_vec())
+            }
+        };
         // The assembly reads what the evaluation of the forces brings and finds.
         self.sweep(&stage, Branches::Actual);
         self.assemble(&stage, source.terms, MatrixTarget::Own, None)?;
+        self.linearised_at = None;
         self.matrix_source = Some(Rc::clone(source));
         Ok(stage)
     }
@@ -419,6 +437,9 @@ pub fn state_tables<const D: usize>(
         add(&of_matrix(k, "u"), source.u.clone());
         add(&of_matrix(k, "v"), source.v.clone());
         add(&of_matrix(k, "u_start"), source.u_start.clone());
+        if let Some(u) = &source.linearised_at {
+            add(&of_matrix(k, "linearised_at"), u.clone());
+        }
     }
     for (k, source) in sources.searches.iter().enumerate().filter(|(_, search)| !search.undeformed) {
         add(&of_search(k, "u"), source.u.clone());

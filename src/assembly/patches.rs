@@ -81,6 +81,10 @@ impl<const D: usize> SolidTerms<D> for SolidPatches<D> {
         }
         Ok(())
     }
+
+    fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink) {
+        self.group.pressure_change(u, earlier, sink);
+    }
 }
 
 /// All terms of the solids.

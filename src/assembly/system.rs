@@ -69,6 +69,9 @@ pub struct ContactSystem<const D: usize> {
     pub(super) continuation: Continuation,
     /// Which quantities a staggered solve currently holds fixed.
     pub(super) split: Split,
+    /// Displacements of the local nodes at which the pressure of nearly incompressible bodies is linearised
+    /// \[m\]; `None` if it is not.
+    pub(super) linearised_at: Option<Vec<f64>>,
     pub(super) fault: Option<Inverted>,
     /// A prescribed value that is not finite. It is reported with the next residual, which is
     /// collective.
@@ -153,6 +156,7 @@ impl<const D: usize> ContactSystem<D> {
             overclosures,
             continuation: Continuation { start_factor: 0.0, ..Continuation::default() },
             split: Split::Monolithic,
+            linearised_at: None,
             fault: None,
             trouble: None,
             changes: Changes::default(),

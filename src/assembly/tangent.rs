@@ -50,6 +50,7 @@ impl<const D: usize> ContactSystem<D> {
         let held = self.bodies.held();
         let solids = &self.bodies.solids;
         let patches = &self.bodies.patches;
+        let linearised_at = self.linearised_at.as_deref();
         let elastic = &self.bodies.elastic;
         let ties = &self.bodies.ties;
         let of_dashpots = if self.continuation.damped { Terms::DAMPING } else { Terms::empty() };
@@ -110,7 +111,7 @@ impl<const D: usize> ContactSystem<D> {
             let mut bodies = |values: &mut BlockValues, mut lift: Option<LiftTarget>| {
                 let _running = phases.tangent.begin();
                 for solid in solid_terms(solids, patches) {
-                    let at = SolidFields::of(stage, &u, &u_start);
+                    let at = SolidFields { linearised_at, ..SolidFields::of(stage, &u, &u_start) };
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
                     let done = solid.add_stiffness(&at, terms, held, values, lift);
                     inverted = inverted.and(done);

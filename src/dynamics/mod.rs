@@ -8,6 +8,7 @@
 //! | Interface | Who uses it |
 //! |---|---|
 //! | [`ContactMonitor`] | Newton's method: counts of contact points and its safeguards |
+//! | [`PressureLinearisation`] | Newton's method: tangents of nearly incompressible bodies |
 //! | [`Staging`] | the staggered strategy: what a stage holds fixed |
 //! | [`Augmentation`] | the augmented Lagrangian: multipliers and requested penetration |
 //! | [`FloatingBodies`] | statics: motions that no support resists |
@@ -21,6 +22,7 @@ mod equations;
 mod floating;
 mod monitor;
 mod multigrid;
+mod pressure;
 mod source;
 mod split;
 
@@ -29,6 +31,7 @@ pub use equations::{Continuation, Equations, FrictionMode, Lift, Residual};
 pub use floating::{FloatingBodies, MovingPart, RigidMotion};
 pub use monitor::{ContactCounts, ContactMonitor};
 pub use multigrid::MultigridHints;
+pub use pressure::PressureLinearisation;
 pub use source::{ChangedLaw, ContactSource, MatrixSource, Resumption, SearchSource, Sources, StageSettings};
 pub use split::{ForceChange, Freeze, KnownFriction, Split, Staging};
 
@@ -218,6 +221,12 @@ impl Stage {
 }
 
 /// A system that every strategy and every linear solver can solve.
-pub trait Dynamics: ContactMonitor + Staging + Augmentation + FloatingBodies + MultigridHints {}
+pub trait Dynamics:
+    ContactMonitor + PressureLinearisation + Staging + Augmentation + FloatingBodies + MultigridHints
+{
+}
 
-impl<S> Dynamics for S where S: ContactMonitor + Staging + Augmentation + FloatingBodies + MultigridHints {}
+impl<S> Dynamics for S where
+    S: ContactMonitor + PressureLinearisation + Staging + Augmentation + FloatingBodies + MultigridHints
+{
+}

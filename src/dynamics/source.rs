@@ -83,6 +83,7 @@ pub trait Resumption: Equations {
             u: stage.trial.u.owned().to_vec(),
             v: stage.trial.v.owned().to_vec(),
             u_start: stage.start.u.owned().to_vec(),
+            linearised_at: None,
             orientations: Vec::new(),
             contacts: Vec::new(),
             viscous: None,
@@ -150,6 +151,9 @@ pub struct MatrixSource {
     pub v: Vec<f64>,
     /// Displacements of the owned unknowns at the start of the step \[m\].
     pub u_start: Vec<f64>,
+    /// Displacements at which the pressure of nearly incompressible bodies was linearised \[m\]; `None` if it
+    /// was not.
+    pub linearised_at: Option<Vec<f64>>,
     /// Rotations of the free rigid bodies at the start of the step, as quaternions.
     pub orientations: Vec<[f64; 4]>,
     /// The contacts.

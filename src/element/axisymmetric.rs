@@ -10,14 +10,16 @@ use super::Inverted;
 use super::batch::{Batch, check};
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
+use super::linearised_pressure::{LinearisedPressure, VolumeSamples};
 use super::projection::Dilatation;
-use super::tangent::Wanted;
+use super::tangent::{Blocks, Wanted};
 use super::workspace::{Job, Workspace};
 use crate::composed::LaneWise;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Axisymmetric, HOOP_COMPONENTS, HoopGradient, Part, VolumeLaw, Volumetric};
 use crate::square::{
-    Row, Square, apply, cofactor, det_minus_one, diagonal, dot, inner_gram, plus_one, scale_all,
+    Row, Square, apply, cofactor, det_minus_one, diagonal, dot, double_dot, inner_gram, plus_one, scale_all,
+    sum,
 };
 
 /// Circumference of the unit circle.
@@ -54,14 +56,14 @@ impl super::Formulation {
 }
 
 /// Displacement gradient and volume at one sample.
-struct Ring<L, const D: usize> {
+pub(super) struct Ring<L, const D: usize> {
     /// Reference volume of the sample over the whole revolution \[m^3\].
     volume: L,
     at: HoopGradient<L, D>,
 }
 
 /// Shape functions at a sample.
-struct RingShape<L, const D: usize> {
+pub(super) struct RingShape<L, const D: usize> {
     /// `g_a` [1/m].
     gradients: Vec<Row<L, D>>,
     /// `n_a` [1/m].
@@ -74,7 +76,7 @@ struct RingShape<L, const D: usize> {
 
 impl<L: Lane, const D: usize> RingShape<L, D> {
     #[inline(always)]
-    fn new(unit: L, group: &ElementGroup<D>) -> Self {
+    pub fn new(unit: L, group: &ElementGroup<D>) -> Self {
         let n = group.kind.nodes();
         let zero = unit.constant(0.0);
         Self {
@@ -86,7 +88,27 @@ impl<L: Lane, const D: usize> RingShape<L, D> {
         }
     }
 
-    /// Begins a batch.
+    /// The displacement gradient at the sample to which the shape moved last.
+    #[inline(always)]
+    fn gradient(&self, unit: L, displacements: &[Row<L, D>]) -> HoopGradient<L, D> {
+        let zero = unit.constant(0.0);
+        let mut plane = [[zero; D]; D];
+        let mut hoop = zero;
+        for (a, displacement) in displacements.iter().enumerate() {
+            for i in 0..D {
+                for k in 0..D {
+                    plane[i][k] = displacement[i].mul_add(self.gradients[a][k], plane[i][k]);
+                }
+            }
+            hoop = displacement[RADIAL].mul_add(self.ratios[a], hoop);
+        }
+        HoopGradient { plane, hoop }
+    }
+}
+
+impl<L: Lane, const D: usize> VolumeSamples<L, D> for RingShape<L, D> {
+    type Sample = Ring<L, D>;
+
     #[inline(always)]
     fn clear(&mut self, unit: L) {
         let zero = unit.constant(0.0);
@@ -95,7 +117,6 @@ impl<L: Lane, const D: usize> RingShape<L, D> {
         self.volume = zero;
     }
 
-    /// Moves to a sample.
     #[inline(always)]
     fn locate(&mut self, unit: L, batch: &mut Batch<L, D, 1>, pass: &Pass, q: usize) -> Ring<L, D> {
         let n = self.ratios.len();
@@ -125,18 +146,53 @@ impl<L: Lane, const D: usize> RingShape<L, D> {
             self.volume = self.volume + volume;
             volume
         };
-        let zero = unit.constant(0.0);
-        let mut plane = [[zero; D]; D];
-        let mut hoop = zero;
-        for (a, displacement) in batch.displacements(0).iter().enumerate() {
+        Ring { volume, at: self.gradient(unit, batch.displacements(0)) }
+    }
+
+    #[inline(always)]
+    fn moved(&self, _: &Batch<L, D, 1>, at: &Self::Sample, displacements: &[Row<L, D>]) -> Self::Sample {
+        Ring { volume: at.volume, at: self.gradient(at.volume, displacements) }
+    }
+
+    #[inline(always)]
+    fn volume(at: &Self::Sample) -> L {
+        at.volume
+    }
+
+    #[inline(always)]
+    fn dilatation(law: &VolumeLaw, at: &Self::Sample) -> L {
+        law.dilatation(&at.at.in_space())
+    }
+
+    #[inline(always)]
+    fn change(law: &VolumeLaw, from: &Self::Sample, to: &Self::Sample) -> L {
+        let minus_one = from.volume.constant(-1.0);
+        let motion = sum(&to.at.in_space(), &scale_all(&from.at.in_space(), minus_one));
+        double_dot(&law.gradient(&from.at.in_space()), &motion)
+    }
+
+    #[inline(always)]
+    fn add_force(&self, work: &mut Workspace<L, D>, law: &VolumeLaw, at: &Self::Sample, weight: L) {
+        let slope = DilatationSlope::new(law, &at.at);
+        for a in 0..self.ratios.len() {
+            let of_node = slope.of_node(&self.gradients[a], self.ratios[a]);
             for i in 0..D {
-                for k in 0..D {
-                    plane[i][k] = displacement[i].mul_add(self.gradients[a][k], plane[i][k]);
-                }
+                work.force[a][i] = weight.mul_add(of_node[i], work.force[a][i]);
             }
-            hoop = displacement[RADIAL].mul_add(self.ratios[a], hoop);
         }
-        Ring { volume, at: HoopGradient { plane, hoop } }
+    }
+
+    #[inline(always)]
+    fn add_stiffness(
+        &self,
+        work: &mut Workspace<L, D>,
+        law: &VolumeLaw,
+        at: &Self::Sample,
+        weight: L,
+        wanted: Wanted<L>,
+    ) {
+        let slope = DilatationSlope::new(law, &at.at);
+        slope.add_curvature(&mut work.blocks, self, law, &at.at, weight, wanted);
     }
 }
 
@@ -157,6 +213,7 @@ impl<const D: usize> LaneTask for Evaluate<'_, D> {
         let volume_law = group.volume_law();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
+        let mut pressures = LinearisedPressure::new(unit, group, request.linearised_at);
         let mut shape = RingShape::new(unit, group);
         let mut strains = Strains::new(unit, n);
         let mut reserves = Vec::new();
@@ -205,6 +262,9 @@ impl<const D: usize> LaneTask for Evaluate<'_, D> {
                     }
                     point += 1;
                 }
+            }
+            if let (Some(wanted), Some(pressures)) = (wanted, &mut pressures) {
+                pressures.add_stiffness(unit, &mut work, &mut shape, group, nodes, wanted);
             }
             check(&work.det_f, &reserves, elements, &group.passes)?;
             work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
@@ -315,6 +375,42 @@ impl<L: Lane, const D: usize> DilatationSlope<L, D> {
         Self { plane, hoop, ratio, stretch }
     }
 
+    /// Adds `weight` times the second derivative of the dilatation.
+    #[inline(always)]
+    fn add_curvature(
+        &self,
+        blocks: &mut Blocks<L, D>,
+        shape: &RingShape<L, D>,
+        law: &VolumeLaw,
+        at: &HoopGradient<L, D>,
+        weight: L,
+        wanted: Wanted<L>,
+    ) {
+        match law.form {
+            Volumetric::Rubber | Volumetric::Logarithmic => {
+                let cofactors = cofactor(&plus_one(&at.plane));
+                for (mapped, gradient) in blocks.mapped.iter_mut().zip(&shape.gradients) {
+                    *mapped = apply(&cofactors, gradient);
+                }
+                let per_area = self.stretch * self.ratio.recip();
+                blocks.add_skew(weight * per_area * wanted.material);
+                blocks.add_radial_cross(&shape.ratios, weight * wanted.material);
+                let apart = wanted.geometric - wanted.material;
+                if !apart.vanishes() {
+                    let metric = scale_all(&inner_gram(&cofactors), weight * per_area * apart);
+                    blocks.add_isotropic(&shape.gradients, &metric);
+                    blocks.add_radial(&shape.ratios, weight * per_area.recip() * apart);
+                }
+            }
+            Volumetric::GreenTrace => {
+                let metric = diagonal(weight * wanted.geometric);
+                blocks.add_isotropic(&shape.gradients, &metric);
+                blocks.add_radial(&shape.ratios, weight * wanted.geometric);
+            }
+            Volumetric::SmallTrace => {}
+        }
+    }
+
     /// `ds` of a unit displacement of a node.
     #[inline(always)]
     fn of_node(&self, gradient: &Row<L, D>, ratio: L) -> Row<L, D> {
@@ -366,29 +462,7 @@ fn add_volume_terms<L: Lane, const D: usize>(
             }
         }
         let Some(wanted) = wanted else { continue };
-        match law.form {
-            Volumetric::Rubber | Volumetric::Logarithmic => {
-                let cofactors = cofactor(&plus_one(&ring.at.plane));
-                for a in 0..n {
-                    work.blocks.mapped[a] = apply(&cofactors, &shape.gradients[a]);
-                }
-                let per_area = slope.stretch * slope.ratio.recip();
-                work.blocks.add_skew(weight * per_area * wanted.material);
-                work.blocks.add_radial_cross(&shape.ratios, weight * wanted.material);
-                let apart = wanted.geometric - wanted.material;
-                if !apart.vanishes() {
-                    let metric = scale_all(&inner_gram(&cofactors), weight * per_area * apart);
-                    work.blocks.add_isotropic(&shape.gradients, &metric);
-                    work.blocks.add_radial(&shape.ratios, weight * per_area.recip() * apart);
-                }
-            }
-            Volumetric::GreenTrace => {
-                let metric = diagonal(weight * wanted.geometric);
-                work.blocks.add_isotropic(&shape.gradients, &metric);
-                work.blocks.add_radial(&shape.ratios, weight * wanted.geometric);
-            }
-            Volumetric::SmallTrace => {}
-        }
+        slope.add_curvature(&mut work.blocks, shape, law, &ring.at, weight, wanted);
     }
     if let Some(wanted) = wanted {
         let curvatures = terms.projection.curvatures(&terms.curvature);

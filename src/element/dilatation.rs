@@ -9,12 +9,13 @@
 //! and the second derivative adds to the terms at the points an update of the rank of the space. Nothing
 //! is solved: the functions are orthogonal at the points of the full rule.
 
+use super::batch::Sample;
 use super::group::Pass;
-use super::tangent::Wanted;
+use super::tangent::{Blocks, Wanted};
 use super::workspace::Workspace;
 use crate::lanes::Lane;
 use crate::material::{VolumeLaw, Volumetric};
-use crate::square::{apply, apply_add, inner_gram, product, scale_all};
+use crate::square::{Row, Square, apply, apply_add, inner_gram, product, scale_all};
 
 impl<L: Lane, const D: usize> Workspace<L, D> {
     /// Adds the volume terms of a batch. `first` is the number of the first point of the pass.
@@ -74,24 +75,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
                     }
                 }
             }
-            match law.form {
-                // d2J = (h_a h_b^T - h_b h_a^T) / J with the cofactors h; its part in K_S is
-                // (h_a . h_b) / J.
-                Volumetric::Rubber | Volumetric::Logarithmic => {
-                    let ratio = law.volume_ratio(law.dilatation(grad_u));
-                    let weight = weight * ratio.recip();
-                    self.blocks.add_skew(weight * wanted.material);
-                    let apart = wanted.geometric - wanted.material;
-                    if !apart.vanishes() {
-                        self.blocks.add_isotropic(slopes, &scale_all(&inner_gram(&map), weight * apart));
-                    }
-                }
-                Volumetric::GreenTrace => {
-                    let metric = scale_all(&inner_gram(&sample.map), weight * wanted.geometric);
-                    self.blocks.add_isotropic(slopes, &metric);
-                }
-                Volumetric::SmallTrace => {}
-            }
+            self.blocks.add_dilatation_curvature(slopes, law, &sample, &map, weight, wanted);
         }
         if let Some(wanted) = wanted {
             let curvatures = terms.projection.curvatures(&terms.curvature);
@@ -108,6 +92,38 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
                 }
                 self.blocks.add_outer(&terms.flux[k * n..(k + 1) * n]);
             }
+        }
+    }
+}
+
+impl<L: Lane, const D: usize> Blocks<L, D> {
+    /// Adds `weight` times the second derivative of the dilatation at a sample. `map` is the product of
+    /// `ds/dF` and the map of the sample, and `mapped` has its product with the slopes.
+    #[inline(always)]
+    pub fn add_dilatation_curvature<const STATES: usize>(
+        &mut self,
+        slopes: &[Row<L, D>],
+        law: &VolumeLaw,
+        sample: &Sample<L, D, STATES>,
+        map: &Square<L, D>,
+        weight: L,
+        wanted: Wanted<L>,
+    ) {
+        match law.form {
+            // d2J = (h_a h_b^T - h_b h_a^T) / J with the cofactors h; its part in K_S is (h_a . h_b) / J.
+            Volumetric::Rubber | Volumetric::Logarithmic => {
+                let ratio = law.volume_ratio(law.dilatation(&sample.grad_u[0]));
+                let weight = weight * ratio.recip();
+                self.add_skew(weight * wanted.material);
+                let apart = wanted.geometric - wanted.material;
+                if !apart.vanishes() {
+                    self.add_isotropic(slopes, &scale_all(&inner_gram(map), weight * apart));
+                }
+            }
+            Volumetric::GreenTrace => {
+                self.add_isotropic(slopes, &scale_all(&inner_gram(&sample.map), weight * wanted.geometric));
+            }
+            Volumetric::SmallTrace => {}
         }
     }
 }

@@ -10,6 +10,7 @@
 use super::Inverted;
 use super::batch::{Sample, check};
 use super::group::Sampling;
+use super::linearised_pressure::{FlatShape, LinearisedPressure};
 use super::tangent::Wanted;
 use super::viscous::{added_stress, in_plane, in_space};
 use super::workspace::{Job, Workspace};
@@ -63,6 +64,7 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
         let volume_law = group.volume_law();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
+        let mut pressures = LinearisedPressure::new(unit, group, request.linearised_at);
         let mut reserves = Vec::new();
         let mut gradients = vec![[unit.constant(0.0); D]; n];
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
@@ -94,6 +96,9 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
                     }
                     point += 1;
                 }
+            }
+            if let (Some(wanted), Some(pressures)) = (wanted, &mut pressures) {
+                pressures.add_stiffness(unit, &mut work, &mut FlatShape, group, nodes, wanted);
             }
             check(&work.det_f, &reserves, elements, &group.passes)?;
             work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);

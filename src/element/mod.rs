@@ -12,6 +12,7 @@ mod evaluate;
 mod general;
 mod group;
 mod kinematics;
+mod linearised_pressure;
 mod loads;
 mod mass;
 mod patches;
@@ -35,18 +36,26 @@ pub use viscous::{ViscousEnergies, ViscousHistory, components};
 use crate::terms::Terms;
 
 /// Results that [`ElementGroup::evaluate`] computes in addition to the force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Request {
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Request<'a> {
     /// Requested stiffness terms: [`Terms::MATERIAL`] for `K_0 + K_NL`, [`Terms::GEOMETRIC`] for
     /// `K_S`; others are ignored.
     pub stiffness: Option<Terms>,
+    /// Displacements of the local nodes at which the stiffness of nearly incompressible elements has its
+    /// pressure linearised \[m\]; `None` for the derivative of the force. Results over a step ignore them.
+    pub linearised_at: Option<&'a [f64]>,
 }
 
-impl Request {
+impl Request<'_> {
     /// Only the force.
-    pub const FORCE: Self = Self { stiffness: None };
+    pub const FORCE: Self = Self { stiffness: None, linearised_at: None };
     /// Force and consistent tangent.
-    pub const TANGENT: Self = Self { stiffness: Some(Terms::ALL) };
+    pub const TANGENT: Self = Self::of(Terms::ALL);
+
+    /// The force and these terms of the consistent tangent.
+    pub const fn of(terms: Terms) -> Self {
+        Self { stiffness: Some(terms), linearised_at: None }
+    }
 }
 
 /// Receives elements (or facets) one by one, in the order of their group.

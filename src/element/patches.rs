@@ -12,7 +12,9 @@ use crate::error::{Error, Result};
 use crate::material::{StepMotion, VolumeLaw, Volumetric};
 use crate::mesh::{ElementKind, ElementPatch, Mesh};
 use crate::space::{ShapeTable, reference};
-use crate::square::{Row, Square, apply, cofactor, det_minus_one, dot, plus_one, product, scale_all};
+use crate::square::{
+    Row, Square, apply, cofactor, det_minus_one, dot, double_dot, plus_one, product, scale_all, sum,
+};
 use crate::terms::Terms;
 
 /// Index of the radial component.
@@ -138,13 +140,39 @@ impl<const D: usize> PatchGroup<D> {
     ///
     /// A patch with an inverted element has no meaning. The group of the element reports it.
     pub fn evaluate(&self, u: &[f64], request: Request, sink: &mut dyn ElementSink) {
+        let linearised_at = request.linearised_at.filter(|_| self.formulation.linearises_pressure());
+        if let (Some(earlier), Some(_)) = (linearised_at, request.stiffness) {
+            let mut work = Work::new(self);
+            for patch in 0..self.len() {
+                work.visit(self, patch, [u, earlier]);
+                let [pressure, linearised, curvature] = work.linearised(self.law);
+                work.add_volume_terms(self.law, [pressure, linearised], curvature, request.stiffness);
+                work.emit(patch, request, sink);
+            }
+            return;
+        }
         let mut work = Work::new(self);
         for patch in 0..self.len() {
             work.visit(self, patch, [u]);
-            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space()));
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
             let [pressure, curvature] = self.law.slope_and_curvature(dilatation);
-            work.add_volume_terms(self.law, pressure, curvature, request.stiffness);
+            work.add_volume_terms(self.law, [pressure; 2], curvature, request.stiffness);
             work.emit(patch, request, sink);
+        }
+    }
+
+    /// Force of the difference between the pressure linearised at the displacements `earlier` and that at `u`,
+    /// see [`ElementGroup::pressure_change`](super::ElementGroup::pressure_change).
+    pub fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink) {
+        if !self.formulation.linearises_pressure() {
+            return;
+        }
+        let mut work = Work::new(self);
+        for patch in 0..self.len() {
+            work.visit(self, patch, [u, earlier]);
+            let [pressure, linearised, _] = work.linearised(self.law);
+            work.add_volume_terms(self.law, [linearised - pressure, 0.0], 0.0, None);
+            work.emit(patch, Request::FORCE, sink);
         }
     }
 
@@ -172,7 +200,7 @@ impl<const D: usize> PatchGroup<D> {
         let mut total = 0.0;
         for (patch, _) in mine.iter().enumerate().filter(|(_, mine)| **mine) {
             work.visit(self, patch, [u]);
-            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space()));
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
             total += work.volume() * self.law.energy(dilatation);
         }
         total
@@ -184,7 +212,7 @@ impl<const D: usize> PatchGroup<D> {
         let mut work = Work::new(self);
         for patch in 0..self.len() {
             work.visit(self, patch, [u]);
-            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space()));
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
             let [pressure, _] = self.law.slope_and_curvature(dilatation);
             let own = self.elements(patch).iter().filter(|&&element| element != ElementPatch::ELSEWHERE);
             own.for_each(|&element| receive(element, pressure));
@@ -199,21 +227,21 @@ struct PatchPoint<const D: usize, const STATES: usize> {
     volume: f64,
     /// Displacement gradient of each state.
     grad_u: [Square<f64, D>; STATES],
-    /// Strain of the circle in the first state, `u_r / R`, in axisymmetry.
-    hoop: f64,
+    /// Strain of the circle in each state, `u_r / R`, in axisymmetry.
+    hoop: [f64; STATES],
     /// Range of its nodes in the lists of the workspace.
     nodes: [usize; 2],
 }
 
 impl<const D: usize, const STATES: usize> PatchPoint<D, STATES> {
-    /// The displacement gradient of the first state in space.
-    fn in_space(&self) -> Square<f64, 3> {
+    /// The displacement gradient of a state in space.
+    fn in_space(&self, state: usize) -> Square<f64, 3> {
         let mut solid = [[0.0; 3]; 3];
-        for (solid, plane) in solid.iter_mut().zip(&self.grad_u[0]) {
+        for (solid, plane) in solid.iter_mut().zip(&self.grad_u[state]) {
             solid[..D].copy_from_slice(plane);
         }
         if D == 2 {
-            solid[2][2] = self.hoop;
+            solid[2][2] = self.hoop[state];
         }
         solid
     }
@@ -313,13 +341,13 @@ impl<const D: usize, const STATES: usize> Work<D, STATES> {
             let grad_u = self.displacements.each_ref().map(|u| gradient_of(u, gradients));
             let shapes = &table.n[q * n..(q + 1) * n];
             let mut volume = table.weights[q] * det;
-            let mut hoop = 0.0;
+            let mut hoop = [0.0; STATES];
             if is_revolved {
                 let radial =
                     |of: &[[f64; D]]| -> f64 { of.iter().zip(shapes).map(|(x, n)| x[RADIAL] * n).sum() };
                 let radius = radial(&self.places);
                 volume *= std::f64::consts::TAU * radius;
-                hoop = radial(&self.displacements[0]) / radius;
+                hoop = self.displacements.each_ref().map(|u| radial(u) / radius);
                 self.ratios.extend(shapes.iter().map(|n| n / radius));
             } else {
                 self.ratios.resize(begin + n, 0.0);
@@ -364,16 +392,23 @@ fn factors(wanted: Terms) -> [f64; 2] {
     [Terms::MATERIAL, Terms::GEOMETRIC].map(|term| f64::from(u8::from(wanted.contains(term))))
 }
 
-impl<const D: usize> Work<D, 1> {
-    /// Adds force and stiffness at a pressure.
-    fn add_volume_terms(&mut self, law: VolumeLaw, pressure: f64, curvature: f64, wanted: Option<Terms>) {
+impl<const D: usize, const STATES: usize> Work<D, STATES> {
+    /// Adds force and stiffness in the first state, at the pressure of each.
+    fn add_volume_terms(
+        &mut self,
+        law: VolumeLaw,
+        [pressure, pressure_of_stiffness]: [f64; 2],
+        curvature: f64,
+        wanted: Option<Terms>,
+    ) {
         self.clear(wanted);
         for number in 0..self.points.len() {
-            let PatchPoint { volume, grad_u: [grad_u], hoop, nodes: [begin, end] } = self.points[number];
+            let PatchPoint { volume, grad_u, hoop, nodes: [begin, end] } = self.points[number];
+            let grad_u = grad_u[0];
             let weight = pressure * volume;
             let plane = law.gradient(&grad_u);
             let ratio = 1.0 + det_minus_one(&grad_u);
-            let stretch = 1.0 + hoop;
+            let stretch = 1.0 + hoop[0];
             // ds/dF in the plane and around the axis.
             let (plane, around) = match law.form {
                 Volumetric::Rubber | Volumetric::Logarithmic => (scale_all(&plane, stretch), ratio),
@@ -396,7 +431,7 @@ impl<const D: usize> Work<D, 1> {
                     law.form,
                     &grad_u,
                     [ratio, stretch],
-                    weight,
+                    pressure_of_stiffness * volume,
                     [begin, end],
                     factors(wanted),
                 );
@@ -499,6 +534,19 @@ impl<const D: usize> Work<D, 1> {
 }
 
 impl<const D: usize> Work<D, 2> {
+    /// The pressure in the first state, that linearised at the second one (5.5), and the curvature of the energy
+    /// in the first state \[Pa\].
+    fn linearised(&self, law: VolumeLaw) -> [f64; 3] {
+        let [now, before] = [0, 1].map(|state| self.mean(|point| law.dilatation(&point.in_space(state))));
+        let change = self.mean(|point| {
+            let [to, from] = [0, 1].map(|state| point.in_space(state));
+            double_dot(&law.gradient(&from), &sum(&to, &scale_all(&from, -1.0)))
+        });
+        let [pressure, curvature_now] = law.slope_and_curvature(now);
+        let [slope, curvature] = law.slope_and_curvature(before);
+        [pressure, slope + curvature * change, curvature_now]
+    }
+
     /// Adds force and stiffness over a step at a pressure, with the stress `p G` of
     /// [`VolumeStep`](crate::material::VolumeStep).
     fn add_step_terms(&mut self, law: VolumeLaw, pressure: f64, curvature: f64, wanted: Option<Terms>) {

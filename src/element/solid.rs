@@ -17,6 +17,7 @@ use std::marker::PhantomData;
 use super::Inverted;
 use super::batch::{Sample, check};
 use super::group::Sampling;
+use super::linearised_pressure::{FlatShape, LinearisedPressure};
 use super::tangent::{Form, Tangent, Wanted, first_form};
 use super::viscous::added_stress;
 use super::workspace::{Job, Workspace};
@@ -47,6 +48,7 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
         let volume_law = group.volume_law();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
+        let mut pressures = LinearisedPressure::new(unit, group, request.linearised_at);
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
         for (batch, ((elements, nodes), points)) in batches.zip(group.points.chunks_exact(n)).enumerate() {
             work.gather(unit, nodes, points, u);
@@ -74,6 +76,9 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
                 if wanted.is_some() && form == Form::Factored {
                     work.blocks.unfold(&moduli);
                 }
+            }
+            if let (Some(wanted), Some(pressures)) = (wanted, &mut pressures) {
+                pressures.add_stiffness(unit, &mut work, &mut FlatShape, group, nodes, wanted);
             }
             check(&work.det_f, &[], elements, &group.passes)?;
             work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);

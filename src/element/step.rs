@@ -23,7 +23,7 @@ pub(super) struct StepJob<'a, const D: usize> {
     pub group: &'a ElementGroup<D>,
     /// Displacements at the start and in the middle of the step \[m\].
     pub u: [&'a [f64]; 2],
-    pub request: Request,
+    pub request: Request<'a>,
     pub sink: &'a mut dyn ElementSink,
 }
 

@@ -16,7 +16,7 @@ pub(super) struct Job<'a, const D: usize> {
     pub u: &'a [f64],
     /// Stress of a Prony series; `None` for an elastic group.
     pub viscous: Option<&'a Overstress>,
-    pub request: Request,
+    pub request: Request<'a>,
     pub sink: &'a mut dyn ElementSink,
 }
 

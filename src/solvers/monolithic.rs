@@ -82,6 +82,8 @@ pub struct Monolithic {
     firmest: (usize, Option<Driven>),
     /// Krylov iterations of the initial guess of the next solve, and those within preconditioners.
     ahead: [u32; 2],
+    /// Whether the pressure is linearised at the state from which the initial guess was made.
+    linearised: bool,
 }
 
 /// The state of a solver that outlives a step. The settings, the fields of the last solve and its
@@ -97,15 +99,11 @@ struct MonolithicState {
 struct Point {
     length: f64,
     residual: Residual,
+    /// Norm of the residual that decides on the length, see [`Monolithic::merit`] \[N\].
+    merit: f64,
     /// Whether the shortest length that was tried is the best of a search. `None` if there was no
     /// search along the correction.
     searched: Option<bool>,
-}
-
-impl Point {
-    fn taken(length: f64, residual: Residual) -> Self {
-        Self { length, residual, searched: None }
-    }
 }
 
 impl Monolithic {
@@ -158,6 +156,7 @@ impl Monolithic {
             carried: HeldMotions::default(),
             firmest: Self::NOT_HELD,
             ahead: [0; 2],
+            linearised: false,
         })
     }
 
@@ -213,7 +212,12 @@ impl Monolithic {
         watch: impl FnMut(&IterationReport),
     ) -> Result<Outcome> {
         (self.free, self.firmest) = (FreeMotions::default(), Self::NOT_HELD);
-        Ok(match (self.iterate(system, stage, watch)?, &self.firmest.1) {
+        if !std::mem::take(&mut self.linearised) {
+            system.linearise_pressure(None);
+        }
+        let outcome = self.iterate(system, stage, watch)?;
+        system.linearise_pressure(None);
+        Ok(match (outcome, &self.firmest.1) {
             (Outcome::Failed(report, reason), Some(driven)) => {
                 let report = SolveReport { driven: true, ..report };
                 Outcome::Failed(report, format!("{reason}; {}", driven.describe()))
@@ -234,6 +238,7 @@ impl Monolithic {
         self.forcing.restart();
         system.rewind();
         let mut now = self.evaluate(system, stage)?;
+        let mut merit = now.norm;
         let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
         let mut at_rounding = false;
         let mut cycle = Cycle::new(self.settings.searched_after_cycle);
@@ -286,12 +291,14 @@ impl Monolithic {
                 }
             };
             self.origin.copy_from(&stage.trial.u)?;
+            system.linearise_pressure(Some(&stage.trial.u));
             let search = cycle.search(now.norm, slow, self.settings.line_search);
-            let point = self.advance(system, stage, now, search)?;
+            let point = self.advance(system, stage, merit, search)?;
             let before = std::mem::replace(&mut now, point.residual);
+            let norms = [std::mem::replace(&mut merit, point.merit), point.merit];
             let searched = point.searched.map(|shortest| Searched {
-                norms: [before.norm, now.norm],
-                relative: [relative(before), relative(now)],
+                norms,
+                relative: [norms[0] / before.scale, norms[1] / now.scale],
                 shortest,
             });
             lost = descent.is_lost(searched).then(|| {
@@ -431,43 +438,60 @@ impl Monolithic {
         self.free.clear_force(&mut self.rhs)
     }
 
-    /// Takes the full correction, or the part of it that the safeguards allow.
+    /// Takes the full correction, or the part of it that the safeguards allow. `before` is the merit of the
+    /// iterate.
     fn advance(
         &mut self,
         system: &mut dyn Dynamics,
         stage: &mut Stage,
-        before: Residual,
+        before: f64,
         search: Search,
     ) -> Result<Point> {
         let whole = self.stride(system)?;
         let full = self.at(system, stage, whole)?;
-        let good = full.norm.is_finite() && full.norm < Self::GROWTH * before.norm;
-        let fast = full.norm * Self::REDUCTION <= before.norm && search != Search::Always;
+        let is_fast = |merit: f64| merit * Self::REDUCTION <= before;
+        let merit = if is_fast(full.norm) { full.norm } else { self.merit(system, stage, full)? };
+        let all = Point { length: whole, residual: full, merit, searched: None };
+        let good = merit < Self::GROWTH * before;
+        let fast = is_fast(merit) && search != Search::Always;
         if good && (fast || self.converged(full) || whole < 1.0 || search == Search::Never) {
-            return Ok(Point::taken(whole, full));
+            return Ok(all);
         }
         // Stick lies between opposite slip branches, and the next correction assumes it. A shorter
         // step would stay on the flat branch and creep.
         if full.norm.is_finite() && search != Search::Always && system.reverses() {
-            return Ok(Point::taken(whole, full));
+            return Ok(all);
         }
-        let mut best = Point::taken(whole, full);
+        let mut best = all;
         for halving in 1..=Self::HALVINGS {
             let length = whole * 0.5f64.powi(halving);
             let residual = self.at(system, stage, length)?;
-            let better = !best.residual.norm.is_finite() || residual.norm < best.residual.norm;
-            if residual.norm.is_finite() && better {
+            let merit = self.merit(system, stage, residual)?;
+            if merit.is_finite() && (!best.merit.is_finite() || merit < best.merit) {
                 let shortest = halving == Self::HALVINGS;
-                best = Point { length, residual, searched: Some(shortest) };
+                best = Point { length, residual, merit, searched: Some(shortest) };
             }
-            let enough = best.residual.norm.is_finite() && best.residual.norm < Self::GROWTH * before.norm;
+            let enough = best.merit.is_finite() && best.merit < Self::GROWTH * before;
             if enough && search == Search::Never {
-                return Ok(Point::taken(best.length, best.residual));
+                return Ok(Point { searched: None, ..best });
             }
         }
         let residual = self.at(system, stage, best.length)?;
         let searched = (search != Search::Never).then_some(best.searched == Some(true));
-        Ok(Point { length: best.length, residual, searched })
+        Ok(Point { residual, searched, ..best })
+    }
+
+    /// Norm of a residual as far as it says whether a correction helped \[N\].
+    ///
+    /// The volume that a correction leaves wrong is of second order, and the bulk modulus multiplies its
+    /// force. The next correction removes it, so that it does not count: the merit is the norm with the
+    /// pressure linearised at the iterate before, if that is smaller (theory, section 5.2).
+    fn merit(&self, system: &mut dyn Dynamics, stage: &Stage, residual: Residual) -> Result<f64> {
+        if !residual.norm.is_finite() {
+            return Ok(residual.norm);
+        }
+        let linearised = system.linearised_norm(stage, &self.residual)?;
+        Ok(linearised.map_or(residual.norm, |norm| norm.min(residual.norm)))
     }
 
     /// Largest part of the correction that may be taken. It is 1, except for a correction that

@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use contact_petsc::case::Units;
 use contact_petsc::dynamics::{
-    Augmentation, ContactMonitor, Continuation, Equations, FloatingBodies, Lift, MultigridHints, Residual,
-    Resumption, Stage, Staging,
+    Augmentation, ContactMonitor, Continuation, Equations, FloatingBodies, Lift, MultigridHints,
+    PressureLinearisation, Residual, Resumption, Stage, Staging,
 };
 use contact_petsc::error::{Error, Result};
 use contact_petsc::petsc::{BlockPattern, Format, Matrix, Session, Vector};
@@ -110,6 +110,7 @@ impl Equations for Duffing {
 }
 
 impl ContactMonitor for Duffing {}
+impl PressureLinearisation for Duffing {}
 impl Staging for Duffing {}
 impl Augmentation for Duffing {}
 impl FloatingBodies for Duffing {}

@@ -6,7 +6,7 @@ use super::consistency::require_derivatives;
 use super::*;
 
 /// A distorted patch in the meridian plane, away from the axis.
-fn ring(kind: ElementKind) -> Mesh<2> {
+pub(super) fn ring(kind: ElementKind) -> Mesh<2> {
     let mut mesh = distorted::<2>(kind);
     mesh.points.iter_mut().for_each(|point| point[0] += 0.4);
     mesh.plane = PlaneState::Axisymmetric;

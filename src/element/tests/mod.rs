@@ -5,6 +5,7 @@ mod axisymmetric;
 mod consistency;
 mod exactness;
 mod lanes;
+mod linearised_pressure;
 mod loads;
 mod mixed;
 mod step;
@@ -116,21 +117,41 @@ impl<const D: usize> Solid<D> {
         u: &[f64],
         terms: Terms,
     ) -> (DVector<f64>, DMatrix<f64>) {
-        let request = Request { stiffness: Some(terms) };
+        let request = Request::of(terms);
+        match start {
+            None => self.requested(mesh, u, request),
+            Some(start) => self.sum(
+                mesh,
+                |sink| self.group.evaluate_step(start, u, request, sink).unwrap(),
+                |patches, sink| patches.evaluate_step(start, u, request, sink),
+            ),
+        }
+    }
+
+    /// Force and stiffness.
+    fn requested(&self, mesh: &Mesh<D>, u: &[f64], request: Request) -> (DVector<f64>, DMatrix<f64>) {
+        self.sum(
+            mesh,
+            |sink| self.group.evaluate(u, request, sink).unwrap(),
+            |patches, sink| patches.evaluate(u, request, sink),
+        )
+    }
+
+    /// Sum of what elements and patches pass to their sinks.
+    fn sum(
+        &self,
+        mesh: &Mesh<D>,
+        of_elements: impl FnOnce(&mut dyn ElementSink),
+        of_patches: impl Fn(&PatchGroup<D>, &mut dyn ElementSink),
+    ) -> (DVector<f64>, DMatrix<f64>) {
         let nodes = |index| mesh.element_nodes(self.group.elements()[index] as usize).to_vec();
         let mut sink = Dense::new(mesh, &nodes);
-        match start {
-            None => self.group.evaluate(u, request, &mut sink).unwrap(),
-            Some(start) => self.group.evaluate_step(start, u, request, &mut sink).unwrap(),
-        }
+        of_elements(&mut sink);
         let mut sums = (sink.force, sink.stiffness);
         for patches in &self.patches {
             let nodes = |index| patches.nodes()[index * patches.width()..][..patches.width()].to_vec();
             let mut sink = Dense::new(mesh, &nodes);
-            match start {
-                None => patches.evaluate(u, request, &mut sink),
-                Some(start) => patches.evaluate_step(start, u, request, &mut sink),
-            }
+            of_patches(patches, &mut sink);
             sums.0 += sink.force;
             sums.1 += sink.stiffness;
         }

@@ -24,7 +24,7 @@ fn assemble_viscous<const D: usize>(
 ) -> (DVector<f64>, DMatrix<f64>) {
     let nodes = |index| mesh.element_nodes(group.elements()[index] as usize).to_vec();
     let mut sink = Dense::new(mesh, &nodes);
-    group.evaluate_viscous(u, viscous, Request { stiffness: Some(terms) }, &mut sink).unwrap();
+    group.evaluate_viscous(u, viscous, Request::of(terms), &mut sink).unwrap();
     (sink.force, sink.stiffness)
 }
 

@@ -16,6 +16,7 @@ impl Monolithic {
     /// If a PETSc call fails.
     pub fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
         system.rewind();
+        system.linearise_pressure(None);
         self.origin.copy_from(&stage.trial.u)?;
         stage.update_rates()?;
         system.prescribe(stage)?;
@@ -43,6 +44,8 @@ impl Monolithic {
         let solved = self.solve_held(system, stage, tolerance)?;
         let Some(solved) = solved else { return Ok(false) };
         self.ahead = [self.ahead[0] + solved.iterations, self.ahead[1] + solved.inner];
+        system.linearise_pressure(Some(&stage.trial.u));
+        self.linearised = true;
         stage.trial.u.axpy(1.0, &self.correction)?;
         Ok(true)
     }
