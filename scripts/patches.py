@@ -3,10 +3,11 @@
 
 block       compression of the block under a partial load, and Newton iterations
 increments  Newton iterations of a cube by the number of increments, at two Poisson's ratios
+pad         the same of a pad in which a rigid disc or sphere presses and drags, at three ratios
 cost        CPU seconds, iterations and memory of a block that is pressed on a plane and dragged
 
     . scripts/environment; cargo build --release
-    scripts/patches.py [block | increments | cost]...      (all if absent; 25 minutes)
+    scripts/patches.py [block | increments | pad | cost]...      (all if absent; 25 minutes)
 """
 
 import csv
@@ -97,6 +98,57 @@ solver: {{ newton: {{ tolerance: 1.0e-10 }} }}
             print(f"{element:8} {locking:17} {ratio:<16} {', '.join(found)}", flush=True)
 
 
+def pad(folder):
+    print("element  treatment         Newton iterations in 10, 40 increments at 0.49, 0.499, 0.4999")
+    for element, locking in [
+        ("quad4", "auto"),
+        ("quad8", "auto"),
+        ("tri6", "auto"),
+        ("quad9", "mean_dilatation"),
+        ("hex8", "auto"),
+        ("tet4", "auto"),
+    ]:
+        is_plane = element in ("quad4", "quad8", "quad9", "tri6")
+        box = (
+            "min: [-0.1, 0], max: [0.1, 0.06], cells: [24, 10]"
+            if is_plane
+            else "min: [-0.1, -0.05, 0], max: [0.1, 0.05, 0.06], cells: [10, 6, 5]"
+        )
+        centre, up, still = ("0, 0.1001", "y", "x: 0, y: 0") if is_plane else ("0, 0, 0.1001", "z", "x: 0, y: 0, z: 0")
+        found = []
+        for ratio in (0.49, 0.499, 0.4999):
+            counts = []
+            for increments in (10, 40):
+                run(
+                    f"""dimension: {2 if is_plane else 3}
+bodies:
+  pad:
+    mesh: {{ box: {{ {box}, element: {element} }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5.0e+6, poisson_ratio: {ratio} }} }}
+    locking: {locking}
+rigid:
+  tool:
+    shape: {{ sphere: {{ center: [{centre}], radius: 0.04 }} }}
+    motion:
+      translation:
+        x: {{ table: [[0, 0], [0.5, 0], [1, 0.03]] }}
+        {up}: {{ table: [[0, 0], [0.5, -0.015], [1, -0.015]] }}
+contact:
+  press:
+    contactor: pad.top
+    target: tool
+    normal: {{ penalty: {{ compliance: 2.0e-10 }} }}
+    friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_stiffness: 5.0e+9 }} }} }}
+boundary: {{ clamp: {{ on: pad.bottom, displacement: {{ {still} }} }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: {increments} }} }} }}
+""",
+                    folder,
+                )
+                counts.append(str(iterations(folder)[0]))
+            found.append(", ".join(counts))
+        print(f"{element:8} {locking:17} {'; '.join(found)}", flush=True)
+
+
 def cost(folder):
     print("scheme   element  treatment            CPU s  Newton  Krylov   MiB")
     schemes = [
@@ -137,7 +189,7 @@ time: {time}
 
 
 def main():
-    parts = {"block": block, "increments": increments, "cost": cost}
+    parts = {"block": block, "increments": increments, "pad": pad, "cost": cost}
     wanted = sys.argv[1:] or list(parts)
     for name in wanted:
         if name not in parts:
