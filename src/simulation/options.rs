@@ -221,8 +221,21 @@ pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: 
         symmetric: terms(case, system) != Terms::ALL && !system.has_following_loads(),
         contact: !system.contacts().is_empty(),
         tied: system.bodies().has_ties(),
+        nearly_incompressible: is_nearly_incompressible(case),
         format: Some(system.matrix().format()),
     }
+}
+
+/// Whether a material is so stiff against changes of its volume that linear solvers notice.
+fn is_nearly_incompressible(case: &Case) -> bool {
+    /// Rounding error of a Poisson's ratio that is recomputed from moduli.
+    const ROUNDING: f64 = 1e-9;
+    let materials = case.bodies.values().flat_map(|body| {
+        let of_regions = body.regions.values().map(|region| region.material);
+        std::iter::once(body.material).chain(of_regions)
+    });
+    !case.is_plane_stress()
+        && materials.into_iter().any(|law| law.moduli().poisson_ratio() >= Problem::STIFF - ROUNDING)
 }
 
 /// Matrix format that the linear solvers require. It has scalar rows if the user names a
@@ -244,6 +257,7 @@ pub fn format<const D: usize>(
             || staggered(case).is_some(),
         contact: !case.contact.is_empty(),
         tied: !case.tied.is_empty(),
+        nearly_incompressible: is_nearly_incompressible(case),
         format: None,
     };
     let presets = ladder(choice, &problem)?;

@@ -53,11 +53,21 @@ pub struct Problem {
     pub contact: bool,
     /// Whether it includes tied surfaces. Incomplete factors do not converge on their stiffness.
     pub tied: bool,
+    /// Whether a body has a Poisson's ratio of [`STIFF`](Self::STIFF) or more.
+    pub nearly_incompressible: bool,
     /// Format of the matrix; `None` if it is still to be chosen.
     pub format: Option<Format>,
 }
 
 impl Problem {
+    /// Poisson's ratio from which on incomplete factors fail in statics, and multigrid takes many iterations.
+    ///
+    /// A block of hex8 pressed on a plane and dragged, 7803 and 24 375 unknowns, took 23 and 20 iterations of
+    /// `filtered_amg` per solve at 0.45, 68 and 59 at 0.495, and 147 and 119 at 0.499. A factorisation costs as
+    /// much as 40 to 60 iterations. At 0.49 multigrid still takes less time at the larger size, at 0.499 at
+    /// neither.
+    pub const STIFF: f64 = 0.495;
+
     /// Whether the problem is small enough to use a factorisation first.
     ///
     /// In 3D statics a factorisation of fewer unknowns takes no longer than the 200 iterations
@@ -68,16 +78,27 @@ impl Problem {
             < match (self.dimension, self.dynamic) {
                 (_, true) => 600,
                 (2, false) => 500_000,
+                (_, false) if self.nearly_incompressible => self.most_for_factors(),
                 (_, false) => 4_000,
             }
     }
 
-    /// Whether a factorisation follows incomplete factors that fail. In 3D statics of fewer
-    /// unknowns than this it takes no longer than multigrid: with MUMPS two boxes in contact took
-    /// 0.26 s per solve for 10 104 unknowns, with `filtered_amg` 0.37 s and for 27 753 unknowns 1.1
-    /// s.
+    /// Whether a factorisation follows incomplete factors that fail.
     pub(super) fn prefers_factors(&self) -> bool {
-        !self.dynamic && self.dimension == 3 && !self.tied && self.unknowns < 15_000
+        !self.tied && self.unknowns < self.most_for_factors()
+    }
+
+    /// Number of unknowns from which on multigrid takes less time than a factorisation.
+    ///
+    /// In 3D: with MUMPS two boxes in contact took 0.26 s per solve for 10 104 unknowns, with `filtered_amg`
+    /// 0.37 s, and for 27 753 unknowns 1.1 s both. The block of [`STIFF`](Self::STIFF) at a ratio of 0.499 took
+    /// 0.2, 1.1 and 11 s for 7803, 24 375 and 78 033 unknowns, with `filtered_amg` 0.9, 2.5 and 8.5 s.
+    fn most_for_factors(&self) -> usize {
+        match (self.dimension, self.nearly_incompressible) {
+            (2, _) => 500_000,
+            (_, true) => 50_000,
+            (_, false) => 15_000,
+        }
     }
 
     fn names(&self) -> &'static [&'static str] {
@@ -89,7 +110,9 @@ impl Problem {
         match (self.dimension, symmetric, self.dynamic) {
             (_, true, _) if self.tied => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
             (_, false, _) if self.tied => &["filtered_amg", "gmres_asm_ilu", "direct"],
-            (3, _, false) if self.prefers_factors() => &["gmres_asm_ilu", "direct"],
+            (3, ..) if self.prefers_factors() => &["gmres_asm_ilu", "direct"],
+            (_, true, true) if self.prefers_factors() => &["cg_icc", "cholesky", "direct"],
+            (_, false, true) if self.prefers_factors() => &["gmres_asm_ilu", "direct"],
             // Both multigrid presets take any rows.
             (3, ..) if self.symmetric => &["gmres_asm_ilu", "cg_filtered_amg", "direct"],
             (3, ..) => &["gmres_asm_ilu", "filtered_amg", "direct"],
@@ -166,19 +189,21 @@ mod tests {
         symmetric: false,
         contact: true,
         tied: false,
+        nearly_incompressible: false,
         format: None,
     };
 
     fn all_problems() -> impl Iterator<Item = Problem> {
         let sizes = [100, 50_000, 5_000_000].into_iter().flat_map(|unknowns| [2, 3].map(|d| (unknowns, d)));
         sizes.flat_map(|(unknowns, dimension)| {
-            (0..16u8).map(move |flags| Problem {
+            (0..32u8).map(move |flags| Problem {
                 unknowns,
                 dimension,
                 dynamic: flags & 1 != 0,
                 symmetric: flags & 2 != 0,
                 contact: flags & 4 != 0,
                 tied: flags & 8 != 0,
+                nearly_incompressible: flags & 16 != 0,
                 format: None,
             })
         })
@@ -225,6 +250,26 @@ mod tests {
             let symmetric = names(Problem { unknowns, symmetric: true, ..solid });
             assert_eq!(symmetric, ["gmres_asm_ilu", "cg_filtered_amg", "direct"]);
         }
+    }
+
+    /// A factorisation takes over from incomplete factors in small dynamic problems and in all but the largest of
+    /// the plane, and is the first solver of nearly incompressible bodies in statics.
+    #[test]
+    fn factors_follow_incomplete_factors() {
+        let names = |problem: Problem| -> Vec<&str> {
+            ladder(&LinearChoice::Auto, &problem).unwrap().iter().map(|preset| preset.name).collect()
+        };
+        assert_eq!(names(SCENE), ["gmres_asm_ilu", "direct"]);
+        assert_eq!(names(Problem { symmetric: true, ..SCENE }), ["cg_icc", "cholesky", "direct"]);
+        let large = Problem { unknowns: 500_000, ..SCENE };
+        assert_eq!(names(large), ["gmres_asm_ilu", "filtered_amg", "direct"]);
+        let solid = Problem { dimension: 3, unknowns: 20_000, ..SCENE };
+        assert_eq!(names(solid), ["gmres_asm_ilu", "filtered_amg", "direct"]);
+        let rubber = Problem { nearly_incompressible: true, ..solid };
+        assert_eq!(names(rubber), ["gmres_asm_ilu", "direct"]);
+        assert_eq!(names(Problem { dynamic: false, ..rubber }), ["direct"]);
+        let large = Problem { unknowns: 50_000, dynamic: false, ..rubber };
+        assert_eq!(names(large), ["gmres_asm_ilu", "filtered_amg", "direct"]);
     }
 
     /// Large problems with tied surfaces begin with multigrid, with contact and without.

@@ -128,6 +128,7 @@ fn swing(session: &Rc<Session>, scheme: Scheme, steps: u32) -> Result<([f64; 2],
         symmetric: false,
         contact: false,
         tied: false,
+        nearly_incompressible: false,
         format: None,
     };
     let linear = LinearSolver::new(&system.pattern, "", &LinearChoice::Named("direct"), &problem)?;

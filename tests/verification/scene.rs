@@ -152,6 +152,7 @@ impl<const D: usize> Scene<D> {
             symmetric: !self.system.has_friction() && !self.system.has_following_loads(),
             contact: !self.system.contacts().is_empty(),
             tied: false,
+            nearly_incompressible: false,
             format: Some(self.system.matrix().format()),
         };
         let pattern = self.system.pattern_vector();

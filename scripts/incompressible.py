@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Figures of patches of elements for docs/validation/incompressible.md and docs/how-to/rubber.md:
+"""Figures of nearly incompressible bodies for docs/validation/incompressible.md, docs/how-to/rubber.md and
+docs/performance/large-problems.md:
 
 block       compression of the block under a partial load, and Newton iterations
 increments  Newton iterations of a cube by the number of increments, at two Poisson's ratios
 pad         the same of a pad in which a rigid disc or sphere presses and drags, at three ratios
+solvers     CPU seconds of linear solvers on a block that is pressed on a plane and dragged
 cost        CPU seconds, iterations and memory of a block that is pressed on a plane and dragged
 
     . scripts/environment; cargo build --release
-    scripts/patches.py [block | increments | pad | cost]...      (all if absent; 25 minutes)
+    scripts/incompressible.py [block | increments | pad | solvers | cost]...      (all if absent; 25 minutes)
 """
 
 import csv
@@ -149,6 +151,39 @@ time: {{ end: 1, scheme: {{ static: {{ increments: {increments} }} }} }}
         print(f"{element:8} {locking:17} {'; '.join(found)}", flush=True)
 
 
+def solvers(folder):
+    print("scheme   cells  Poisson's ratio  solver         CPU s  Newton  Krylov")
+    for scheme, time, stick, sizes in [
+        ("static", "{ end: 1, scheme: { static: { increments: 1 } } }", "stick_stiffness: 1.0e+10", (16, 24)),
+        ("dynamic", "{ end: 0.004, step: 0.002 }", "stick_velocity: 1.0e-3", (16,)),
+    ]:
+        for cells in sizes:
+            for ratio in (0.45, 0.49, 0.495, 0.499):
+                for solver in ("auto", "gmres_asm_ilu", "filtered_amg", "direct"):
+                    _, seconds = run(
+                        f"""dimension: 3
+bodies:
+  block:
+    mesh: {{ box: {{ min: [0, 0, 0], max: [0.1, 0.1, 0.05], cells: [{cells}, {cells}, {cells // 2}], element: hex8 }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5.0e+6, poisson_ratio: {ratio} }} }}
+    density: 1100
+obstacles: {{ ground: {{ plane: {{ point: [0, 0, 0], normal: [0, 0, 1] }} }} }}
+contact:
+  sole:
+    contactor: block.bottom
+    target: ground
+    normal: {{ penalty: {{ compliance: 1.0e-10 }} }}
+    friction: {{ coulomb: {{ coefficient: 0.5, regularization: {{ {stick} }} }} }}
+boundary: {{ top: {{ on: block.top, displacement: {{ x: "0.002 * t", y: 0, z: "-0.002 * t" }} }} }}
+time: {time}
+solver: {{ linear: {solver} }}
+""",
+                        folder,
+                    )
+                    newton, krylov = iterations(folder)
+                    print(f"{scheme:8} {cells:5}  {ratio:<15}  {solver:14} {seconds:5.1f} {newton:7} {krylov:7}", flush=True)
+
+
 def cost(folder):
     print("scheme   element  treatment            CPU s  Newton  Krylov   MiB")
     schemes = [
@@ -189,11 +224,11 @@ time: {time}
 
 
 def main():
-    parts = {"block": block, "increments": increments, "pad": pad, "cost": cost}
+    parts = {"block": block, "increments": increments, "pad": pad, "solvers": solvers, "cost": cost}
     wanted = sys.argv[1:] or list(parts)
     for name in wanted:
         if name not in parts:
-            sys.exit(f"patches.py: there is no part '{name}'; known: {', '.join(parts)}")
+            sys.exit(f"incompressible.py: there is no part '{name}'; known: {', '.join(parts)}")
         with tempfile.TemporaryDirectory() as folder:
             parts[name](folder)
 
