@@ -282,6 +282,49 @@ time: {{ end: 0.0145, step: {step}, cuts: {cuts}, scheme: {{ newmark: {{ beta: 0
     assert!(met.table("rigid.csv").last("force_y") > 0.0);
 }
 
+/// A disc presses rubber, stops and drags at once with 60 times the stick velocity. Newton's method takes
+/// few iterations at long and at short steps, and the surface under the disc moves with it.
+#[test]
+fn a_tool_may_change_its_velocity_at_once() {
+    let text = |end: f64, step: f64| {
+        format!(
+            "dimension: 2
+bodies:
+  pad:
+    mesh: {{ box: {{ min: [-0.1, 0], max: [0.1, 0.06], cells: [24, 10], element: quad4 }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5.0e+6, poisson_ratio: 0.49 }} }}
+    density: 1100
+rigid:
+  tool:
+    shape: {{ sphere: {{ center: [0, 0.1001], radius: 0.04 }} }}
+    motion:
+      translation:
+        x: {{ table: [[0, 0], [0.5, 0], [1, 0.03]] }}
+        y: {{ table: [[0, 0], [0.5, -0.015], [1, -0.015]] }}
+contact:
+  press:
+    contactor: pad.top
+    target: tool
+    normal: {{ penalty: {{ compliance: 2.0e-10 }} }}
+    friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_velocity: 1.0e-3 }} }} }}
+boundary: {{ clamp: {{ on: pad.bottom, displacement: {{ x: 0, y: 0 }} }} }}
+time: {{ end: {end}, step: {step} }}
+output: {{ probes: {{ middle: {{ at: [0, 0.06], on: pad }} }} }}
+"
+        )
+    };
+    for (end, step, most) in [(0.6, 0.02, 160), (0.51, 0.005, 330)] {
+        let results = Results::of(&text(end, step), 1);
+        let record = results.record();
+        let iterations = record["newton_iterations"].as_u64().expect("a count");
+        assert_eq!(record["cut_steps"].as_u64(), Some(0), "step {step}");
+        assert!(iterations <= most, "step {step}: {iterations}");
+        let moved = results.table("probes.csv").last("middle.u_x");
+        let tool = 0.06 * (end - 0.5);
+        assert!((0.8 * tool..1.2 * tool).contains(&moved), "step {step}: {moved} of {tool}");
+    }
+}
+
 /// A tool that presses at t = 0 is applied in the increments of the static start like a prescribed
 /// displacement: forces are those of a block that is pressed onto a floor at rest. Friction in the
 /// start makes no difference to that.

@@ -25,7 +25,6 @@ use crate::solvers::SolveReport;
 use crate::time::StepControl;
 
 pub use penetration::smallest_tolerance;
-pub use slip::doubt_first_slip;
 
 use past::StepHistory;
 use penetration::Asked;
@@ -147,14 +146,14 @@ impl StepPacing {
     }
 
     /// Extrapolates the first guess from the last displacements if they belong to one smooth
-    /// motion. Returns whether it did.
+    /// motion.
     ///
     /// # Errors
     /// PETSc reports an error.
-    pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
+    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
         match &self.watch {
             Some(watch) => watch.predict(stage),
-            None => Ok(false),
+            None => Ok(()),
         }
     }
 

@@ -87,16 +87,15 @@ impl StepHistory {
     }
 
     /// Extrapolates the first guess from the last displacements if they belong to one smooth
-    /// motion. Returns whether it did.
+    /// motion.
     ///
     /// # Errors
     /// PETSc reports an error.
-    pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
-        let curved = self.known == 2 && self.curved;
-        if curved {
+    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
+        if self.known == 2 && self.curved {
             self.extrapolate(&stage.start, stage.trial.time, &mut stage.trial.u)?;
         }
-        Ok(curved)
+        Ok(())
     }
 
     /// Extrapolates the parabola through the last two displacements and that of `start` to the

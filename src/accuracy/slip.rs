@@ -98,9 +98,3 @@ pub fn stuck<const D: usize>(system: &ContactSystem<D>) -> Stuck {
     system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
     Stuck { creep: all[0], give: all[1] }
 }
-
-/// Sets whether slip that reverses in the initial guess of the next step is attributed to an
-/// error of the guess.
-pub fn doubt_first_slip<const D: usize>(system: &mut ContactSystem<D>, doubtful: bool) {
-    system.contacts_mut().iter_mut().for_each(|contact| contact.state.doubt(doubtful));
-}

@@ -155,12 +155,12 @@ impl ErrorController {
     }
 
     /// Extrapolates the first guess from the last displacements if they belong to one smooth
-    /// motion. Returns whether it did.
+    /// motion.
     ///
     /// # Errors
     /// PETSc reports an error.
-    pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
-        self.past.as_ref().map_or(Ok(false), |past| past.predict(stage))
+    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
+        self.past.as_ref().map_or(Ok(()), |past| past.predict(stage))
     }
 
     fn observe_size<const D: usize>(&mut self, system: &mut ContactSystem<D>, state: &State) -> Result<()> {

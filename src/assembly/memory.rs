@@ -66,7 +66,6 @@ struct StoredMatrix {
     orientations: Vec<[f64; 4]>,
     laws: Vec<ChangedLaw>,
     /// Whether the pressure was linearised at displacements that are stored.
-    #[serde(default)]
     linearised: bool,
     /// Whether the bodies had viscous stress that is stored.
     viscous: bool,
@@ -319,6 +318,7 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(source) = state.search.and_then(|number| sources.searches.get(number)) {
             self.search_again(source)?;
         }
+        self.linearised_at = None;
         self.continuation.start_factor = state.factor;
         self.bodies.free.set_orientations(&state.orientations);
         let names = History::<D>::names();
@@ -361,16 +361,15 @@ impl<const D: usize> ContactSystem<D> {
             law: contact.changed_law(),
             points: contact.state.evaluated_from(),
         };
+        let linearised_at = self.linearised_at.as_ref().filter(|_| stage.over_step == OverStep::No);
+        let rows = self.bodies.local.index.owned * D;
         MatrixSource {
             terms,
             settings: StageSettings::of(stage, self.continuation, self.split),
             u: stage.trial.u.owned().to_vec(),
             v: stage.trial.v.owned().to_vec(),
             u_start: stage.start.u.owned().to_vec(),
-            linearised_at: self
-                .linearised_at
-                .as_ref()
-                .map(|u| u[..self.bodies.local.index.owned * D].to_vec()),
+            linearised_at: linearised_at.map(|u| u[..rows].to_vec()),
             orientations: self.bodies.free.orientations(),
             contacts: self.contacts.iter().map(contact).collect(),
             viscous: self.bodies.viscous_sources(),
@@ -379,7 +378,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Assembles the matrix again from its source, and returns the stage at which it was assembled.
-    /// The equations stay those of the source.
+    /// The equations, and the state at which the pressure is linearised, stay those of the source.
     pub(super) fn assemble_source(&mut self, source: &Rc<MatrixSource>) -> Result<Stage> {
         if let Some(search) = &source.search {
             self.search_again(search)?;
@@ -416,7 +415,6 @@ impl<const D: usize> ContactSystem<D> {
         // The assembly reads what the evaluation of the forces brings and finds.
         self.sweep(&stage, Branches::Actual);
         self.assemble(&stage, source.terms, MatrixTarget::Own, None)?;
-        self.linearised_at = None;
         self.matrix_source = Some(Rc::clone(source));
         Ok(stage)
     }

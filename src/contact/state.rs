@@ -111,8 +111,8 @@ impl<const D: usize> Track<D> {
     }
 
     /// In the first guess the point slips against the friction at the end of the last step. If it
-    /// stuck then, an error of the guess above the stick velocity has this effect. A point that
-    /// truly reverses passes through stick.
+    /// stuck then, an error of the guess above the stick velocity has this effect, and so does a
+    /// target that changes its velocity. A point that truly reverses passes through stick.
     fn is_thrown_off(&self, history: &History<D>, point: &PointState<D>) -> bool {
         self.statuses[0].is_none() && history.bound > 0.0 && slips_off(&history.friction_traction, point)
     }
@@ -144,8 +144,6 @@ pub struct ContactState<const D: usize> {
     pub(super) multipliers: Multipliers<D>,
     /// Initial gaps that are treated as zero \[m\]; empty if no gap was adjusted.
     adjusted: Vec<f64>,
-    /// Whether a slip reversal in the first guess of a step is treated as an error of the guess.
-    doubtful: bool,
     /// Gaps of this size are rounding \[m\].
     touching: f64,
     /// Load on a moving rigid target at the last evaluation of the forces; zero for other targets.
@@ -162,7 +160,6 @@ impl<const D: usize> ContactState<D> {
             held: Vec::new(),
             multipliers: Multipliers::default(),
             adjusted: Vec::new(),
-            doubtful: false,
             touching: 0.0,
             load: TargetLoad::default(),
         }
@@ -207,13 +204,6 @@ impl<const D: usize> ContactState<D> {
         self.touching = known;
     }
 
-    /// Sets whether a slip reversal in the first guess is treated as an error of the guess. The
-    /// error of a guess that follows a curve exceeds the stick velocity. The error of a guess that
-    /// continues the initial velocities does not.
-    pub fn doubt(&mut self, doubtful: bool) {
-        self.doubtful = doubtful;
-    }
-
     /// Treats the gaps at the last evaluation as zero from now on. This applies to points that
     /// penetrate and to points at most `apart` from their target \[m\].
     pub fn adjust(&mut self, apart: f64) {
@@ -248,10 +238,8 @@ impl<const D: usize> ContactState<D> {
         for (track, (point, history)) in self.track.iter_mut().zip(points) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
-            // A point that was corrected from stick after the guess, and still slips, has truly
-            // reversed.
-            let [doubts, tried] = [self.doubtful, self.doubtful && track.flipped];
-            let flipped = !tried && track.reversed(point) || doubts && track.is_thrown_off(history, point);
+            // A point that was corrected from stick and still slips has truly reversed.
+            let flipped = !track.flipped && track.reversed(point) || track.is_thrown_off(history, point);
             changes.closed += usize::from(point.is_closed());
             changes.pressing += usize::from(point.presses);
             changes.changed += usize::from(changed);
@@ -431,9 +419,6 @@ mod tests {
         state.accept(1e-3);
         let guess = vec![slipping(-1.0), slipping(1.0), slipping(-1.0)];
         state.current.clone_from(&guess);
-        assert_eq!(state.iterate().flipped, 0);
-        state.begin();
-        state.doubt(true);
         assert_eq!(state.iterate().flipped, 1);
         let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
         assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);

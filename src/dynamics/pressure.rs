@@ -4,7 +4,7 @@ use super::{Equations, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
 
-/// Linearising the pressure of nearly incompressible bodies (theory, section 5.2). The defaults are those of
+/// Linearising the pressure of nearly incompressible bodies (theory, section 5.1). The defaults are those of
 /// a system without such bodies.
 pub trait PressureLinearisation: Equations {
     /// From now on, [`Equations::jacobian`] and [`linearised_norm`](Self::linearised_norm) take the pressure

@@ -10,7 +10,7 @@ use super::Inverted;
 use super::batch::{Batch, check};
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
-use super::linearised_pressure::{LinearisedPressure, VolumeSamples};
+use super::linearised_pressure::{LinearisedPressure, PressureChange, VolumeSamples};
 use super::projection::Dilatation;
 use super::tangent::{Blocks, Wanted};
 use super::workspace::{Job, Workspace};
@@ -38,6 +38,11 @@ impl<const D: usize> ElementGroup<D> {
     /// Strain energy \[J\] of the elements with `mine[element]` of an axisymmetric group.
     pub(super) fn axisymmetric_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
         dispatch(Energy { group: self, u, mine, parts: self.axisymmetric_parts() })
+    }
+
+    /// Evaluates the job of an axisymmetric group.
+    pub(super) fn axisymmetric_pressure_change(job: PressureChange<'_, D>) {
+        dispatch(Around(job));
     }
 
     fn axisymmetric_parts(&self) -> Vec<Axisymmetric> {
@@ -193,6 +198,19 @@ impl<L: Lane, const D: usize> VolumeSamples<L, D> for RingShape<L, D> {
     ) {
         let slope = DilatationSlope::new(law, &at.at);
         slope.add_curvature(&mut work.blocks, self, law, &at.at, weight, wanted);
+    }
+}
+
+/// The change of the pressure around the axis.
+struct Around<'a, const D: usize>(PressureChange<'a, D>);
+
+impl<const D: usize> LaneTask for Around<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self, unit: L) {
+        let shape = RingShape::new(unit, self.0.group);
+        self.0.sum(unit, shape);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::general::General;
 use super::group::ElementGroup;
 use super::kinematics::Kinematics;
+use super::linearised_pressure::PressureChange;
 use super::solid::Solid;
 use super::workspace::Job;
 use super::{ElementSink, Inverted, Request};
@@ -51,6 +52,19 @@ impl<const D: usize> ElementGroup<D> {
                 None => self.formulation.material.accept(Evaluate(job)),
                 Some(law) => dispatch(General::<PlaneStress, D, false>::of_one(job, Box::new(law))),
             },
+        }
+    }
+}
+
+impl<const D: usize> ElementGroup<D> {
+    /// Force of the difference between the pressure linearised at the displacements `earlier` and that at `u`.
+    /// Elements in patches contribute nothing.
+    pub fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink) {
+        let job = PressureChange { group: self, u, earlier, sink };
+        if self.formulation.plane.is_revolved() {
+            Self::axisymmetric_pressure_change(job);
+        } else {
+            dispatch(job);
         }
     }
 }

@@ -9,13 +9,12 @@
 //! derivative of the dilatation with the weight `p* - p` (5.6).
 
 use super::ElementSink;
-use super::axisymmetric::RingShape;
 use super::batch::{Batch, Sample};
 use super::group::{ElementGroup, Formulation, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, locks};
 use super::tangent::Wanted;
 use super::workspace::Workspace;
-use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
+use crate::lanes::{Lane, LaneTask, WIDTH};
 use crate::material::VolumeLaw;
 use crate::mesh::PlaneState;
 use crate::square::{Row, apply, apply_add, double_dot, product, product_transposed, scale_all, sum};
@@ -29,52 +28,26 @@ impl Formulation {
 }
 
 impl<const D: usize> ElementGroup<D> {
-    /// Force of the difference between the pressure linearised at the displacements `earlier` and that at `u`.
-    /// Elements of patches have none of their own.
-    pub fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink) {
-        let job = PressureChange { group: self, u, earlier, sink };
-        if self.formulation.plane.is_revolved() {
-            dispatch(Around(job));
-        } else {
-            dispatch(Plain(job));
-        }
-    }
-
     /// Whether the tangent has a linearised pressure in the elements themselves.
-    fn linearises_pressure(&self) -> bool {
+    pub(super) fn linearises_pressure(&self) -> bool {
         self.formulation.linearises_pressure() && !self.formulation.shares_pressure(self.kind)
     }
 }
 
-struct PressureChange<'a, const D: usize> {
-    group: &'a ElementGroup<D>,
-    u: &'a [f64],
-    earlier: &'a [f64],
-    sink: &'a mut dyn ElementSink,
+/// The force of the difference between the pressure linearised at the displacements `earlier` and that at `u`.
+pub(super) struct PressureChange<'a, const D: usize> {
+    pub group: &'a ElementGroup<D>,
+    pub u: &'a [f64],
+    pub earlier: &'a [f64],
+    pub sink: &'a mut dyn ElementSink,
 }
 
-/// The job of elements of a plane or of space.
-struct Plain<'a, const D: usize>(PressureChange<'a, D>);
-
-/// The job of elements of a body of revolution.
-struct Around<'a, const D: usize>(PressureChange<'a, D>);
-
-impl<const D: usize> LaneTask for Plain<'_, D> {
+impl<const D: usize> LaneTask for PressureChange<'_, D> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) {
-        self.0.run(unit, FlatShape);
-    }
-}
-
-impl<const D: usize> LaneTask for Around<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lane>(self, unit: L) {
-        let shape = RingShape::new(unit, self.0.group);
-        self.0.run(unit, shape);
+        self.sum(unit, FlatShape);
     }
 }
 
@@ -182,7 +155,7 @@ impl<L: Lane, const D: usize> VolumeSamples<L, D> for FlatShape {
 pub(super) struct LinearisedPressure<'a, L, const D: usize> {
     /// Displacements at which the pressure is linearised, local nodes \[m\].
     earlier: &'a [f64],
-    /// Those of the nodes of the batch.
+    /// Earlier displacements of the nodes of the batch.
     displacements: Vec<Row<L, D>>,
     /// Projected dilatation at the samples of the volume terms, and at the earlier displacements.
     dilatation: Vec<L>,
@@ -275,8 +248,9 @@ impl<'a, L: Lane, const D: usize> LinearisedPressure<'a, L, D> {
 }
 
 impl<const D: usize> PressureChange<'_, D> {
+    /// Passes the forces of all elements to the sink.
     #[inline(always)]
-    fn run<L: Lane, S: VolumeSamples<L, D>>(self, unit: L, mut shape: S) {
+    pub fn sum<L: Lane, S: VolumeSamples<L, D>>(self, unit: L, mut shape: S) {
         let Self { group, u, earlier, sink } = self;
         let Some(mut pressures) = LinearisedPressure::<L, D>::new(unit, group, Some(earlier)) else { return };
         let n = group.kind.nodes();

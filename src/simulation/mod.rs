@@ -29,7 +29,7 @@ mod unit_note;
 
 use std::rc::Rc;
 
-use crate::accuracy::{self, StepPacing, doubt_first_slip};
+use crate::accuracy::{self, StepPacing};
 use crate::advice::precision::{self, MotionPrecision, Motions, Precision, farthest_motion};
 use crate::assembly::{ContactSystem, SystemOptions, unsound_state};
 use crate::case::Case;
@@ -312,7 +312,7 @@ impl Attempt<'_> {
         let moved = match self.scheme.has_inertia() {
             true => {
                 self.scheme.extrapolate(stage)?;
-                doubt_first_slip(system, self.pace.predict(stage)?);
+                self.pace.predict(stage)?;
                 true
             }
             false => first_guess(strategy, system, stage, RigidInstant::Start)?,
@@ -325,7 +325,6 @@ impl Attempt<'_> {
             }
         }
         stage.trial.u.copy_from(&stage.start.u)?;
-        doubt_first_slip(system, false);
         if system.has_moving_tools()
             && !self.scheme.has_inertia()
             && !first_guess(strategy, system, stage, RigidInstant::End)?

@@ -226,7 +226,7 @@ pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: 
     }
 }
 
-/// Whether a material is so stiff against changes of its volume that linear solvers notice.
+/// Whether a body has a Poisson's ratio of [`Problem::STIFF`] or more.
 fn is_nearly_incompressible(case: &Case) -> bool {
     /// Rounding error of a Poisson's ratio that is recomputed from moduli.
     const ROUNDING: f64 = 1e-9;

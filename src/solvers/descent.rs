@@ -14,7 +14,7 @@ pub(super) struct Descent {
 /// A correction with a line search for the smallest residual.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Searched {
-    /// Residual before and after it \[N\].
+    /// Norm by which the correction is judged, before and after it \[N\].
     pub norms: [f64; 2],
     /// Residual before and after it, relative to the largest force of each iterate, as in the
     /// convergence criterion.

@@ -78,7 +78,7 @@ impl Problem {
             < match (self.dimension, self.dynamic) {
                 (_, true) => 600,
                 (2, false) => 500_000,
-                (_, false) if self.nearly_incompressible => self.most_for_factors(),
+                (_, false) if self.nearly_incompressible && !self.tied => self.most_for_factors(),
                 (_, false) => 4_000,
             }
     }

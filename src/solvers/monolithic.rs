@@ -295,18 +295,19 @@ impl Monolithic {
             let search = cycle.search(now.norm, slow, self.settings.line_search);
             let point = self.advance(system, stage, merit, search)?;
             let before = std::mem::replace(&mut now, point.residual);
-            let norms = [std::mem::replace(&mut merit, point.merit), point.merit];
-            let searched = point.searched.map(|shortest| Searched {
-                norms,
-                relative: [norms[0] / before.scale, norms[1] / now.scale],
-                shortest,
-            });
+            // Merits of two iterates are linearised at different states. A true residual that falls is
+            // a descent in any case.
+            let merits = [std::mem::replace(&mut merit, point.merit), point.merit];
+            let norms = if now.norm < before.norm { [before.norm, now.norm] } else { merits };
+            let judged = [(norms[0], before.scale), (norms[1], now.scale)]
+                .map(|(norm, scale)| relative(Residual { norm, scale }));
+            let searched = point.searched.map(|shortest| Searched { norms, relative: judged, shortest });
             lost = descent.is_lost(searched).then(|| {
                 format!(
                     "the line search failed in correction {}: residual {:.1e} before, {:.1e} at best",
                     row.iteration + 1,
-                    relative(before),
-                    relative(now)
+                    judged[0],
+                    judged[1]
                 )
             });
             row = IterationReport {
@@ -481,11 +482,11 @@ impl Monolithic {
         Ok(Point { residual, searched, ..best })
     }
 
-    /// Norm of a residual as far as it says whether a correction helped \[N\].
+    /// Norm by which a correction is judged \[N\].
     ///
     /// The volume that a correction leaves wrong is of second order, and the bulk modulus multiplies its
     /// force. The next correction removes it, so that it does not count: the merit is the norm with the
-    /// pressure linearised at the iterate before, if that is smaller (theory, section 5.2).
+    /// pressure linearised at the iterate before, if that is smaller (theory, section 5.1).
     fn merit(&self, system: &mut dyn Dynamics, stage: &Stage, residual: Residual) -> Result<f64> {
         if !residual.norm.is_finite() {
             return Ok(residual.norm);

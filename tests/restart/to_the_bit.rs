@@ -63,6 +63,41 @@ fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
     computes_the_same_bits(&ironing(GMRES), 3, &[30]);
 }
 
+/// A nearly incompressible pad under a rigid disc: matrices and preconditioners are made again with
+/// the pressure linearised at the iterate before theirs.
+#[test]
+fn linearised_pressures_to_the_last_bit_on_1_and_2_ranks() {
+    let pad = |solver| {
+        format!(
+            "dimension: 2
+bodies:
+  pad:
+    mesh: {{ box: {{ min: [-0.1, 0], max: [0.1, 0.06], cells: [14, 6], element: quad4 }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5.0e+6, poisson_ratio: 0.49 }} }}
+rigid:
+  tool:
+    shape: {{ sphere: {{ center: [0, 0.1001], radius: 0.04 }} }}
+    motion: {{ translation: {{ x: '0.01 * t', y: '-0.008 * t' }} }}
+contact:
+  press:
+    contactor: pad.top
+    target: tool
+    normal: {{ penalty: {{ compliance: 2.0e-10 }} }}
+    friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_stiffness: 5.0e+9 }} }} }}
+boundary: {{ clamp: {{ on: pad.bottom, displacement: {{ x: 0, y: 0 }} }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 9 }} }} }}
+solver: {solver}
+output:
+  checkpoint: {{ every: 1, keep: 1000 }}
+"
+        )
+    };
+    for solver in ["{ linear: filtered_amg }", "{ linear: { two_stage: { inner: cg_icc } } }"] {
+        computes_the_same_bits(&pad(solver), 1, &[3, 6]);
+    }
+    computes_the_same_bits(&pad(GMRES), 2, &[5]);
+}
+
 /// Statics with multipliers of pressure and friction, which stick keeps from step to step.
 #[test]
 fn multipliers_to_the_last_bit_on_1_and_2_ranks() {

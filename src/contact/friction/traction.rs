@@ -81,6 +81,13 @@ impl<const D: usize> FrictionTraction<D> {
     }
 }
 
+impl<const D: usize> FrictionTraction<D> {
+    /// Whether the traction exceeds a bound.
+    pub fn exceeds(&self, bound: f64) -> bool {
+        self.traction.norm() > (1.0 + ON_THE_BOUND) * bound
+    }
+}
+
 impl Regularization {
     /// Traction and derivatives, given a bound that was evaluated at the speed of `slip`.
     pub fn traction<const D: usize>(

@@ -631,7 +631,7 @@ impl<const D: usize> FrozenVertices<D> {
         };
         let any = changes != FrozenChanges::default();
         let of = |(vertex, point): (usize, &PointState<D>)| {
-            let (normal, friction) = (point.normal_traction, point.tangential_traction());
+            let (normal, friction) = (point.normal_traction, point.carried_traction());
             (any && wanted(vertex)).then_some(Carried { normal, friction })
         };
         let carried = points.iter().enumerate().map(of).collect();

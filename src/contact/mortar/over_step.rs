@@ -19,7 +19,7 @@ use super::kernel::{VertexRows, VertexSums};
 use super::overlap::{StepOverlap, VertexEnds};
 use crate::contact::damping::Closing;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
-use crate::contact::friction::traction::{FrictionTraction, Slip};
+use crate::contact::friction::traction::{Branch, FrictionTraction, Slip};
 use crate::contact::history::History;
 use crate::contact::nodal::at;
 use crate::contact::normal::NormalResponse;
@@ -56,6 +56,8 @@ struct Active<const D: usize> {
     energy: f64,
     by_pressure: Vector<D>,
     friction: FrictionTraction<D>,
+    /// [`PointState::carried_traction`].
+    carried: Vector<D>,
     /// Traction of damping along the surface \[Pa\].
     viscous: Vector<D>,
     /// Its derivatives by the gap at the end \[Pa/m\] and by the slip velocity [Pa s/m].
@@ -309,11 +311,23 @@ impl<const D: usize> VertexContact<D> {
             plastic_work: (work - held[1] + held[0]) / area,
             sticks_elastically: false,
             over_step: true,
+            is_beyond_bound: manner.branch == Branch::Stick && friction.exceeds(bound),
         };
+        let carried = state.carried_traction();
         let energy = 0.5 * (before.potential + after.potential);
         let last = after.traction;
-        let active =
-            Active { change, normal, last, energy, by_pressure, friction, viscous, viscous_by_gap, drag };
+        let active = Active {
+            change,
+            normal,
+            last,
+            energy,
+            by_pressure,
+            friction,
+            carried,
+            viscous,
+            viscous_by_gap,
+            drag,
+        };
         (state, active)
     }
 }
@@ -404,7 +418,7 @@ impl<const D: usize> VertexStep<D> {
         let by_slip = self.by_slip(selection) * switch(Terms::FRICTION_DAMPING) + through;
         let mean = active.change.mean_area();
         let pressure = self.potential().pressure * switch(Terms::NORMAL_GEOMETRY);
-        let friction = active.tangential() * switch(Terms::FRICTION_GEOMETRY);
+        let friction = active.carried * switch(Terms::FRICTION_GEOMETRY);
         let middle = ends.middle.area;
         let part = if ends.middle.is_covered() { ends.end.area / middle } else { 0.0 };
         for (b, node) in row.nodes.iter().enumerate() {

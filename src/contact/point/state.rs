@@ -67,6 +67,8 @@ pub struct PointState<const D: usize> {
     pub sticks_elastically: bool,
     /// The tractions acted over the step, and `plastic_work` is the total heat of the step.
     pub over_step: bool,
+    /// The friction traction is that of the stick branch beyond the bound.
+    pub is_beyond_bound: bool,
 }
 
 impl<const D: usize> Default for PointState<D> {
@@ -94,6 +96,7 @@ impl<const D: usize> Default for PointState<D> {
             plastic_work: 0.0,
             sticks_elastically: false,
             over_step: false,
+            is_beyond_bound: false,
         }
     }
 }
@@ -119,6 +122,12 @@ impl<const D: usize> PointState<D> {
     /// Friction and damping along the surface \[Pa\], on the contactor.
     pub fn tangential_traction(&self) -> Vector<D> {
         self.friction_traction + self.viscous_traction
+    }
+
+    /// Traction along the surface under which the geometry changes \[Pa\]. A correction from the stick
+    /// branch beyond the bound leads to a state of almost no slip, whose traction is below the bound.
+    pub fn carried_traction(&self) -> Vector<D> {
+        if self.is_beyond_bound { self.viscous_traction } else { self.tangential_traction() }
     }
 
     /// Traction of damping, along the normal and along the surface \[Pa\], on the contactor.
