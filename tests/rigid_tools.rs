@@ -313,7 +313,7 @@ output: {{ probes: {{ middle: {{ at: [0, 0.06], on: pad }} }} }}
 "
         )
     };
-    for (end, step, most) in [(0.6, 0.02, 160), (0.51, 0.005, 330)] {
+    for (end, step, most) in [(0.6, 0.02, 160), (0.52, 0.005, 400)] {
         let results = Results::of(&text(end, step), 1);
         let record = results.record();
         let iterations = record["newton_iterations"].as_u64().expect("a count");
@@ -321,7 +321,7 @@ output: {{ probes: {{ middle: {{ at: [0, 0.06], on: pad }} }} }}
         assert!(iterations <= most, "step {step}: {iterations}");
         let moved = results.table("probes.csv").last("middle.u_x");
         let tool = 0.06 * (end - 0.5);
-        assert!((0.8 * tool..1.2 * tool).contains(&moved), "step {step}: {moved} of {tool}");
+        assert!((0.75 * tool..1.25 * tool).contains(&moved), "step {step}: {moved} of {tool}");
     }
 }
 

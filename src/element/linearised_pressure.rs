@@ -190,8 +190,9 @@ impl<'a, L: Lane, const D: usize> LinearisedPressure<'a, L, D> {
         nodes: &[[u32; WIDTH]],
         wanted: Wanted<L>,
     ) {
-        let (law, pass) = (group.volume_law(), &group.passes[group.passes.len() - 1]);
-        self.find(unit, work, shape, (pass, &law), nodes);
+        let law = group.volume_law();
+        let pass = &group.passes[group.passes.len() - 1];
+        self.find(unit, work, shape, pass, &law, nodes);
         for q in 0..pass.samples() {
             let at = shape.locate(unit, &mut work.batch, pass, q);
             shape.add_stiffness(work, &law, &at, self.change[q] * S::volume(&at), wanted);
@@ -205,7 +206,8 @@ impl<'a, L: Lane, const D: usize> LinearisedPressure<'a, L, D> {
         unit: L,
         work: &mut Workspace<L, D>,
         shape: &mut S,
-        (pass, law): (&Pass, &VolumeLaw),
+        pass: &Pass,
+        law: &VolumeLaw,
         nodes: &[[u32; WIDTH]],
     ) {
         for (displacement, nodes) in self.displacements.iter_mut().zip(nodes) {
@@ -254,7 +256,8 @@ impl<const D: usize> PressureChange<'_, D> {
         let Self { group, u, earlier, sink } = self;
         let Some(mut pressures) = LinearisedPressure::<L, D>::new(unit, group, Some(earlier)) else { return };
         let n = group.kind.nodes();
-        let (law, pass) = (group.volume_law(), &group.passes[group.passes.len() - 1]);
+        let law = group.volume_law();
+        let pass = &group.passes[group.passes.len() - 1];
         let mut work = Workspace::<L, D>::new(unit, group);
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
         for (batch, ((elements, nodes), points)) in batches.zip(group.points.chunks_exact(n)).enumerate() {
@@ -266,7 +269,7 @@ impl<const D: usize> PressureChange<'_, D> {
                     shape.locate(unit, &mut work.batch, &group.passes[0], q);
                 }
             }
-            pressures.find(unit, &mut work, &mut shape, (pass, &law), nodes);
+            pressures.find(unit, &mut work, &mut shape, pass, &law, nodes);
             for q in 0..pass.samples() {
                 let at = shape.locate(unit, &mut work.batch, pass, q);
                 shape.add_force(&mut work, &law, &at, pressures.change[q] * S::volume(&at));

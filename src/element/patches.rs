@@ -145,8 +145,10 @@ impl<const D: usize> PatchGroup<D> {
             let mut work = Work::new(self);
             for patch in 0..self.len() {
                 work.visit(self, patch, [u, earlier]);
-                let [pressure, linearised, curvature] = work.linearised(self.law);
-                work.add_volume_terms(self.law, [pressure, linearised], curvature, request.stiffness);
+                let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+                let [pressure, curvature] = self.law.slope_and_curvature(dilatation);
+                let linearised = work.linearised(self.law);
+                work.add_volume_terms(self.law, pressure, linearised, curvature, request.stiffness);
                 work.emit(patch, request, sink);
             }
             return;
@@ -156,7 +158,7 @@ impl<const D: usize> PatchGroup<D> {
             work.visit(self, patch, [u]);
             let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
             let [pressure, curvature] = self.law.slope_and_curvature(dilatation);
-            work.add_volume_terms(self.law, [pressure; 2], curvature, request.stiffness);
+            work.add_volume_terms(self.law, pressure, pressure, curvature, request.stiffness);
             work.emit(patch, request, sink);
         }
     }
@@ -170,8 +172,10 @@ impl<const D: usize> PatchGroup<D> {
         let mut work = Work::new(self);
         for patch in 0..self.len() {
             work.visit(self, patch, [u, earlier]);
-            let [pressure, linearised, _] = work.linearised(self.law);
-            work.add_volume_terms(self.law, [linearised - pressure, 0.0], 0.0, None);
+            let dilatation = work.mean(|point| self.law.dilatation(&point.in_space(0)));
+            let [pressure, _] = self.law.slope_and_curvature(dilatation);
+            let change = work.linearised(self.law) - pressure;
+            work.add_volume_terms(self.law, change, 0.0, 0.0, None);
             work.emit(patch, Request::FORCE, sink);
         }
     }
@@ -397,7 +401,8 @@ impl<const D: usize, const STATES: usize> Work<D, STATES> {
     fn add_volume_terms(
         &mut self,
         law: VolumeLaw,
-        [pressure, pressure_of_stiffness]: [f64; 2],
+        pressure: f64,
+        pressure_of_stiffness: f64,
         curvature: f64,
         wanted: Option<Terms>,
     ) {
@@ -534,17 +539,15 @@ impl<const D: usize, const STATES: usize> Work<D, STATES> {
 }
 
 impl<const D: usize> Work<D, 2> {
-    /// The pressure in the first state, that linearised at the second one (5.5), and the curvature of the energy
-    /// in the first state \[Pa\].
-    fn linearised(&self, law: VolumeLaw) -> [f64; 3] {
-        let [now, before] = [0, 1].map(|state| self.mean(|point| law.dilatation(&point.in_space(state))));
+    /// The pressure of the first state, linearised at the second one (5.5) \[Pa\].
+    fn linearised(&self, law: VolumeLaw) -> f64 {
+        let dilatation = self.mean(|point| law.dilatation(&point.in_space(1)));
         let change = self.mean(|point| {
             let [to, from] = [0, 1].map(|state| point.in_space(state));
             double_dot(&law.gradient(&from), &sum(&to, &scale_all(&from, -1.0)))
         });
-        let [pressure, curvature_now] = law.slope_and_curvature(now);
-        let [slope, curvature] = law.slope_and_curvature(before);
-        [pressure, slope + curvature * change, curvature_now]
+        let [slope, curvature] = law.slope_and_curvature(dilatation);
+        slope + curvature * change
     }
 
     /// Adds force and stiffness over a step at a pressure, with the stress `p G` of
