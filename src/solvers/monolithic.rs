@@ -82,8 +82,6 @@ pub struct Monolithic {
     firmest: (usize, Option<Driven>),
     /// Krylov iterations of the initial guess of the next solve, and those within preconditioners.
     ahead: [u32; 2],
-    /// Whether the pressure is linearised at the state from which the initial guess was made.
-    linearised: bool,
 }
 
 /// The state of a solver that outlives a step. The settings, the fields of the last solve and its
@@ -156,7 +154,6 @@ impl Monolithic {
             carried: HeldMotions::default(),
             firmest: Self::NOT_HELD,
             ahead: [0; 2],
-            linearised: false,
         })
     }
 
@@ -212,9 +209,7 @@ impl Monolithic {
         watch: impl FnMut(&IterationReport),
     ) -> Result<Outcome> {
         (self.free, self.firmest) = (FreeMotions::default(), Self::NOT_HELD);
-        if !std::mem::take(&mut self.linearised) {
-            system.linearise_pressure(None);
-        }
+        // The pressure is linearised at the state from which a linear solve made the initial guess, if any.
         let outcome = self.iterate(system, stage, watch)?;
         system.linearise_pressure(None);
         Ok(match (outcome, &self.firmest.1) {

@@ -277,7 +277,7 @@ pub fn add_stiffness<const D: usize>(
         if terms.contains(Terms::COEFFICIENT_CHANGE) {
             by_friction += slopes.through_bound * (shift * node.coefficient);
         }
-        if terms.contains(Terms::FRICTION_GEOMETRY) && !slopes.is_beyond_bound {
+        if terms.contains(Terms::FRICTION_GEOMETRY) && !state.is_beyond_bound {
             by_friction += slopes.by_normal * node.normal
                 + (slopes.by_velocity + slopes.through_bound) * node.slips[0]
                 + slopes.by_increment * node.slips[1];

@@ -114,8 +114,6 @@ pub struct Slopes<const D: usize> {
     pub by_increment: Tensor<D>,
     /// `dt_T/dn` \[Pa\].
     pub by_normal: Tensor<D>,
-    /// [`PointState::is_beyond_bound`].
-    pub is_beyond_bound: bool,
 }
 
 /// Inputs of the laws at a point: its position relative to the target and its relative motion.
@@ -215,7 +213,6 @@ pub fn tractions<const D: usize>(
         through_bound: answer.by_velocity_through_bound,
         by_increment: answer.by_increment,
         by_normal: answer.by_normal + slip.projected_velocity_by_normal() * (-viscosity * part),
-        is_beyond_bound: state.is_beyond_bound,
     };
     (state, Some(slopes))
 }

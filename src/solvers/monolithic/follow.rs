@@ -45,7 +45,6 @@ impl Monolithic {
         let Some(solved) = solved else { return Ok(false) };
         self.ahead = [self.ahead[0] + solved.iterations, self.ahead[1] + solved.inner];
         system.linearise_pressure(Some(&stage.trial.u));
-        self.linearised = true;
         stage.trial.u.axpy(1.0, &self.correction)?;
         Ok(true)
     }
