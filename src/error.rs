@@ -1,5 +1,6 @@
 //! One error type by cause, and the rule that one rank's error is every rank's error.
 
+use crate::collective::Collective;
 use mpi::collective::SystemOperation;
 use mpi::traits::{CommunicatorCollectives, Root};
 
@@ -188,7 +189,7 @@ fn bounded(message: String) -> String {
 pub fn agree<T>(world: &impl CommunicatorCollectives, result: Result<T>) -> Result<T> {
     let mine = if result.is_err() { world.rank() } else { i32::MAX };
     let mut first = i32::MAX;
-    world.all_reduce_into(&mine, &mut first, SystemOperation::min());
+    world.reduce_all(&mine, &mut first, SystemOperation::min());
     if first == i32::MAX {
         return result;
     }

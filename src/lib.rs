@@ -48,6 +48,11 @@
 //!
 //! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.
 
+pub use kernels::{
+    collective, composed, derivatives, element, error, files, lanes, material, mesh, reader, rounding, space,
+    square, taylor, tensor, terms,
+};
+
 pub mod accuracy;
 pub mod advice;
 pub mod assembly;
@@ -55,17 +60,9 @@ pub mod case;
 pub mod checkpoint;
 pub mod cli;
 pub mod commands;
-pub mod composed;
 pub mod contact;
-pub mod derivatives;
 pub mod dynamics;
-pub mod element;
-pub mod error;
-pub mod files;
 pub mod guard;
-pub mod lanes;
-pub mod material;
-pub mod mesh;
 pub mod model;
 pub mod observe;
 pub mod output;
@@ -73,17 +70,9 @@ pub mod partition;
 pub mod petsc;
 pub mod plot;
 pub mod presets;
-pub mod reader;
 pub mod report;
-pub mod rounding;
 pub mod schemes;
 pub mod simulation;
 pub mod solvers;
-pub mod space;
-pub mod square;
 pub mod study;
-#[cfg(test)]
-pub mod taylor;
-pub mod tensor;
-pub mod terms;
 pub mod time;

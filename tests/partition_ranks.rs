@@ -14,13 +14,14 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use common::Running;
+use contact_petsc::collective::Collective;
 use contact_petsc::mesh::{BoxShape, ElementKind, ElementPatch, Facet, Mesh, element_patches, merge};
 use contact_petsc::partition::{LocalMesh, Ordering, Pair, Plan, Report, Weights, distribute};
 use contact_petsc::space::{facet_normal, facet_tangents, reference};
 use contact_petsc::tensor::Vector;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{Communicator, CommunicatorCollectives};
+use mpi::traits::Communicator;
 
 /// Seven ranks on the mesh of four elements, so that some ranks own nothing.
 const RANKS: [usize; 5] = [1, 2, 3, 4, 7];
@@ -245,7 +246,7 @@ fn numbers_fit_together<const D: usize>(world: &SimpleCommunicator, local: &Loca
     assert!(sorted.into_iter().eq(0..index.total));
     let mut before = 0;
     let owned = index.owned as i32;
-    world.scan_into(&owned, &mut before, SystemOperation::sum());
+    world.reduce_up_to(&owned, &mut before, SystemOperation::sum());
     assert_eq!(index.first, before - owned);
 
     let mut own = vec![0; whole.element_count()];
@@ -262,7 +263,7 @@ fn areas_add_up<const D: usize>(world: &SimpleCommunicator, local: &LocalMesh<D>
             facets.iter().filter(|facet| local.mine[facet.element as usize]).copied().collect();
         let mine = area(&local.mesh, &own);
         let mut total = 0.0;
-        world.all_reduce_into(&mine, &mut total, SystemOperation::sum());
+        world.reduce_all(&mine, &mut total, SystemOperation::sum());
         assert!((total - area(whole, &whole.facet_sets[name])).abs() < 1e-13, "{name}");
     }
 }
@@ -325,6 +326,6 @@ fn errors_are_shared(world: &SimpleCommunicator) {
 
 fn sum(world: &SimpleCommunicator, values: &[i32]) -> Vec<i32> {
     let mut total = vec![0; values.len()];
-    world.all_reduce_into(values, &mut total[..], SystemOperation::sum());
+    world.reduce_all(values, &mut total[..], SystemOperation::sum());
     total
 }

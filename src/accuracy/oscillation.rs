@@ -1,9 +1,9 @@
 //! Oscillation of nodes in contact, and how impulses move free bodies.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact};
+use crate::collective::Collective;
 use crate::dynamics::MultigridHints;
 use crate::error::Result;
 
@@ -57,8 +57,8 @@ pub fn swing<const D: usize>(system: &mut ContactSystem<D>) -> Result<f64> {
         let deepest = closed().map(|point| -point.gap).fold(0.0, f64::max);
         let mut force = 0.0;
         let mut depth = 0.0;
-        world.all_reduce_into(&own, &mut force, SystemOperation::sum());
-        world.all_reduce_into(&deepest, &mut depth, SystemOperation::max());
+        world.reduce_all(&own, &mut force, SystemOperation::sum());
+        world.reduce_all(&deepest, &mut depth, SystemOperation::max());
         if depth > 0.0 { force / depth } else { 0.0 }
     };
     let stiffness: f64 = system.contacts().iter().map(stiffness).sum();

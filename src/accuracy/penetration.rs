@@ -1,9 +1,9 @@
 //! The requested penetration: which contacts it limits, and how their penalty follows.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact, depths, excess_penetration};
+use crate::collective::Collective;
 use crate::contact::multipliers::MultiplierSource;
 use crate::dynamics::Shortfall;
 
@@ -115,7 +115,7 @@ fn stiffen_where<const D: usize>(system: &mut ContactSystem<D>, stiffens: impl F
     };
     let own: Vec<f64> = system.contacts().iter().map(elastic).collect();
     let mut all = vec![0.0; own.len()];
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::max());
     let mut stiffer = false;
     for ((contact, depth), elastic) in system.contacts_mut().iter_mut().zip(depths).zip(all) {
         let Some(tolerance) = contact.tolerance else { continue };

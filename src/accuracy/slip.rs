@@ -2,9 +2,9 @@
 //! take elastic slip away, otherwise stick becomes stiffer.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::ContactSystem;
+use crate::collective::Collective;
 use crate::contact::friction::Regularization;
 use crate::contact::point::Status;
 
@@ -60,7 +60,7 @@ pub fn stiffen_stick<const D: usize>(
         let trial = contact.state.current.iter().map(|point| point.bound);
         let own = bounds.chain(trial).filter(|bound| bound.is_finite()).fold(0.0, f64::max);
         let mut bound = 0.0;
-        session.world().all_reduce_into(&own, &mut bound, SystemOperation::max());
+        session.world().reduce_all(&own, &mut bound, SystemOperation::max());
         let wanted = bound / slip;
         // The power law is softest without pressure, so the first required stiffness sets the
         // scale.
@@ -95,6 +95,6 @@ pub fn stuck<const D: usize>(system: &ContactSystem<D>) -> Stuck {
         }
     }
     let mut all = [0.0; 2];
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::max());
     Stuck { creep: all[0], give: all[1] }
 }

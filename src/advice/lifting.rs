@@ -1,9 +1,9 @@
 //! Whether loads move a body away from the contacts that hold it. Contacts push and do not pull.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact};
+use crate::collective::Collective;
 use crate::dynamics::RigidMotion;
 use crate::petsc::Vector;
 use crate::tensor::Vector as Point;
@@ -16,7 +16,7 @@ pub fn loads_along<const D: usize>(system: &ContactSystem<D>, motions: &[RigidMo
     let mut own: Vec<f64> = motions.iter().map(dot).collect();
     own.push(loads.iter().map(|f| f * f).sum());
     let mut all = vec![0.0; own.len()];
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
     let square = all.pop().unwrap_or(0.0);
     (all, square.sqrt())
 }
@@ -35,7 +35,7 @@ pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vecto
     let own = field.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     let mut largest = 0.0_f64;
     let world = system.session().world();
-    world.all_reduce_into(&own, &mut largest, SystemOperation::max());
+    world.reduce_all(&own, &mut largest, SystemOperation::max());
     let touching = system.bodies().known_length();
     let resists = |(contact, target): (&LocalContact<D>, &Point<D>)| {
         let rubs = contact.law().friction.is_some();
@@ -58,7 +58,7 @@ pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vecto
     };
     let own = u8::from(system.contacts().iter().zip(&targets).any(resists));
     let mut any = 0u8;
-    world.all_reduce_into(&own, &mut any, SystemOperation::max());
+    world.reduce_all(&own, &mut any, SystemOperation::max());
     any > 0
 }
 
@@ -77,6 +77,6 @@ fn mean_target_motions<const D: usize>(system: &ContactSystem<D>, field: &[f64])
         }
     }
     let mut all = vec![0.0_f64; own.len()];
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
     all.chunks_exact(D + 1).map(|sums| Point::from_fn(|i, _| sums[i] / sums[D].max(1.0))).collect()
 }

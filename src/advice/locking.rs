@@ -2,9 +2,9 @@
 //! whose pressures are poor although a better remedy is available.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::ContactSystem;
+use crate::collective::Collective;
 use crate::element::{LOCKS, Locking, locks};
 use crate::mesh::{ElementKind, PlaneState};
 use crate::model::{Body, Model};
@@ -39,7 +39,7 @@ pub fn cures<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec
         own[(solid.body * most + solid.material) * kinds + solid.group.kind() as usize] = 1;
     }
     let mut all = vec![0u8; own.len()];
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::max());
     let of_body = |(body, has): (&Body, &[u8])| {
         let mut found = Vec::new();
         for (material, has) in has.chunks_exact(kinds).enumerate() {

@@ -2,9 +2,9 @@
 //! differences of coordinates.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact};
+use crate::collective::Collective;
 use crate::dynamics::{Equations, Stage};
 use crate::error::{Error, Result};
 use crate::output::record::PenetrationRecord;
@@ -54,7 +54,7 @@ impl Precision {
         };
         let own = (0..mesh.element_count()).map(edge).fold(f64::INFINITY, f64::min);
         let mut shortest = 0.0_f64;
-        system.session().world().all_reduce_into(&own, &mut shortest, SystemOperation::min());
+        system.session().world().reduce_all(&own, &mut shortest, SystemOperation::min());
         let depth = |contact: &LocalContact<D>| {
             let modulus = contact.beneath * contact.facet_size;
             (contact.name.clone(), contact.law().normal.penetration(0.1 * modulus))
@@ -104,7 +104,7 @@ pub fn farthest_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage,
         .map(|(_, (u, x))| u.abs().max((x + u).abs()))
         .fold(0.0, f64::max);
     let mut most = 0.0_f64;
-    system.session().world().all_reduce_into(&own, &mut most, SystemOperation::max());
+    system.session().world().reduce_all(&own, &mut most, SystemOperation::max());
     most
 }
 

@@ -1,9 +1,9 @@
 //! Contacts that cannot close, because their surfaces start further apart than the bodies can move.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, facets_of};
+use crate::collective::Collective;
 use crate::error::{Error, Result};
 use crate::mesh::{Bounds, Facet};
 use crate::model::{self, Model, Target};
@@ -124,8 +124,8 @@ fn bounds<const D: usize>(system: &ContactSystem<D>, facets: &[Facet]) -> Bounds
 fn joined<const D: usize>(system: &ContactSystem<D>, own: Bounds<D>) -> Bounds<D> {
     let (mut low, mut high) = ([0.0; D], [0.0; D]);
     let world = system.session().world();
-    world.all_reduce_into(&own.low[..], &mut low[..], SystemOperation::min());
-    world.all_reduce_into(&own.high[..], &mut high[..], SystemOperation::max());
+    world.reduce_all(&own.low[..], &mut low[..], SystemOperation::min());
+    world.reduce_all(&own.high[..], &mut high[..], SystemOperation::max());
     Bounds { low, high }
 }
 
@@ -161,7 +161,7 @@ fn is_prescribed<const D: usize>(
         }
     }
     let mut all = 0;
-    system.session().world().all_reduce_into(&free, &mut all, SystemOperation::sum());
+    system.session().world().reduce_all(&free, &mut all, SystemOperation::sum());
     Ok(all == 0)
 }
 
@@ -180,8 +180,8 @@ fn way<const D: usize>(system: &mut ContactSystem<D>, model: &Model<D>, span: &S
     let world = system.session().world();
     let mut most = [0.0; 2];
     let mut load = 0.0;
-    world.all_reduce_into(&[travel, speed][..], &mut most[..], SystemOperation::max());
-    world.all_reduce_into(&part, &mut load, SystemOperation::sum());
+    world.reduce_all(&[travel, speed][..], &mut most[..], SystemOperation::max());
+    world.reduce_all(&part, &mut load, SystemOperation::sum());
     let [travel, speed] = most;
     let flight = match (load > 0.0, span.is_dynamic) {
         (true, true) if !span.from_equilibrium => speed * span.end + 0.5 * load / lightest * span.end.powi(2),

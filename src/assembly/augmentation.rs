@@ -7,6 +7,7 @@ use super::contact::LocalContact;
 use super::redistribution::Redistribution;
 use super::slip_limit::SlipLimit;
 use super::system::ContactSystem;
+use crate::collective::Collective;
 use crate::dynamics::{Shortfall, Stage};
 use crate::error::Result;
 
@@ -55,7 +56,7 @@ pub fn depths<const D: usize>(
     };
     let own: Vec<f64> = contacts.iter().map(depth).collect();
     let mut all = vec![0.0; own.len()];
-    world.all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    world.reduce_all(&own[..], &mut all[..], SystemOperation::max());
     all
 }
 
@@ -82,7 +83,7 @@ fn elastic_slip<const D: usize>(world: &impl CommunicatorCollectives, contacts: 
     });
     let own = points.fold(0.0, f64::max);
     let mut all = 0.0;
-    world.all_reduce_into(&own, &mut all, SystemOperation::max());
+    world.reduce_all(&own, &mut all, SystemOperation::max());
     all
 }
 

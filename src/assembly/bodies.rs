@@ -21,6 +21,7 @@ use super::solid::{SolidElements, solids};
 use super::supports::Supports;
 use super::ties::Ties;
 use crate::case::Units;
+use crate::collective::Collective;
 use crate::dynamics::Stage;
 use crate::element::{ElementStress, Inverted, Kinematics, ViscousEnergies, ViscousHistory};
 use crate::error::{Error, Result, agree};
@@ -301,7 +302,7 @@ impl<const D: usize> Bodies<D> {
     pub fn prescribed(&self) -> usize {
         let own = self.held().count(self.local.index.owned) as u64;
         let mut total = 0u64;
-        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
+        self.session.world().reduce_all(&own, &mut total, SystemOperation::sum());
         total as usize
     }
 
@@ -346,7 +347,7 @@ impl<const D: usize> Bodies<D> {
             });
         }
         let mut masses = vec![0.0; own.len()];
-        self.session.world().all_reduce_into(&own[..], &mut masses[..], SystemOperation::sum());
+        self.session.world().reduce_all(&own[..], &mut masses[..], SystemOperation::sum());
         masses
     }
 

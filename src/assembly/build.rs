@@ -11,6 +11,7 @@ use super::pieces::Pieces;
 use super::rollers::Rollers;
 use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
+use crate::collective::Collective;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
@@ -116,9 +117,9 @@ fn measures<const D: usize>(
         depth = 0.5 * thinner;
     }
     let mut total = vec![0.0_f64; own.len()];
-    world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
+    world.reduce_all(&own[..], &mut total[..], SystemOperation::sum());
     let mut largest = vec![0.0; most.len()];
-    world.all_reduce_into(&most[..], &mut largest[..], SystemOperation::max());
+    world.reduce_all(&most[..], &mut largest[..], SystemOperation::max());
     let names = [&contact.contactor, &contact.target_name];
     for (name, sums) in names.into_iter().zip(total.chunks(2)) {
         if sums[1] == 0.0 {
@@ -131,7 +132,7 @@ fn measures<const D: usize>(
     let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
     let facet_size = length(total[0], total[1]);
     let mut softest = 0.0;
-    world.all_reduce_into(&softer, &mut softest, SystemOperation::min());
+    world.reduce_all(&softer, &mut softest, SystemOperation::min());
     Ok(Measures { facet_size, softer: softest, radii })
 }
 
@@ -157,7 +158,7 @@ pub(super) fn height<const D: usize>(
     };
     let own = facets.iter().map(height).fold(f64::INFINITY, f64::min);
     let mut all = own;
-    world.all_reduce_into(&own, &mut all, SystemOperation::min());
+    world.reduce_all(&own, &mut all, SystemOperation::min());
     all
 }
 
@@ -196,7 +197,7 @@ fn bounds_of<const D: usize>(
         }
     }
     let mut all = [0.0; 6];
-    world.all_reduce_into(&bounds[..], &mut all[..], SystemOperation::max());
+    world.reduce_all(&bounds[..], &mut all[..], SystemOperation::max());
     all
 }
 
@@ -213,7 +214,7 @@ pub(super) fn middle_of<const D: usize>(
 pub(super) fn farthest<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
     let own = points_of_elements(local).flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut most = 0.0;
-    world.all_reduce_into(&own, &mut most, SystemOperation::max());
+    world.reduce_all(&own, &mut most, SystemOperation::max());
     most
 }
 

@@ -3,7 +3,6 @@
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::augmentation;
 use super::contact::LocalContact;
@@ -13,6 +12,7 @@ use super::soundness::unsound_force;
 use super::stages::{self, MatrixTarget};
 use super::system::ContactSystem;
 use crate::case::Units;
+use crate::collective::Collective;
 use crate::contact::point::Status;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
@@ -152,7 +152,7 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
     fn reverses(&self) -> bool {
         let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
         let mut any = 0u8;
-        self.bodies.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
+        self.bodies.session.world().reduce_all(&own, &mut any, SystemOperation::max());
         any > 0
     }
 

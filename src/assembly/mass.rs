@@ -3,10 +3,10 @@
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::redistribution::Redistribution;
 use super::solid::{MassKind, SolidElements};
+use crate::collective::Collective;
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::petsc::{BlockPattern, BlockValues, Kronecker, Matrix, Operator, Session, Vector};
@@ -54,7 +54,7 @@ impl MassMatrix {
         let without = |row: &usize| values[pattern.row(*row)].iter().all(|&mass| mass == 0.0);
         let massless: Vec<u32> = (0..pattern.rows()).filter(without).map(|node| node as u32).collect();
         let mut anywhere = false;
-        session.world().all_reduce_into(&!massless.is_empty(), &mut anywhere, SystemOperation::logical_or());
+        session.world().reduce_all(&!massless.is_empty(), &mut anywhere, SystemOperation::logical_or());
         let mut nodes = Matrix::scalar(session, pattern)?;
         nodes.fill(|entries| {
             entries.zero();

@@ -6,7 +6,6 @@
 
 use std::rc::Rc;
 
-use mpi::traits::CommunicatorCollectives;
 use serde::{Deserialize, Serialize};
 
 use super::bodies::{Bodies, ViscousBody};
@@ -15,6 +14,7 @@ use super::solid::SolidElements;
 use super::stages::MatrixTarget;
 use super::system::ContactSystem;
 use crate::checkpoint::StoredTable;
+use crate::collective::Collective;
 use crate::contact::friction::Regularization;
 use crate::contact::history::History;
 use crate::contact::state::{Branches, ContactState};
@@ -108,7 +108,7 @@ impl StoredSources {
         let search = |source: &Rc<SearchSource>| {
             let own: Vec<u64> = source.below.iter().map(|below| below.to_bits()).collect();
             let mut all = vec![0; own.len() * session.size() as usize];
-            world.all_gather_into(&own[..], &mut all[..]);
+            world.gather_all(&own[..], &mut all[..]);
             let below = all.chunks(own.len().max(1)).map(<[u64]>::to_vec).collect();
             StoredSearch {
                 undeformed: source.undeformed,

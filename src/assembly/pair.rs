@@ -8,6 +8,7 @@ use super::interface::{
     Couplings, Numbering, Opening, PairLift, RemoteForce, VertexForces, VertexStiffness, add_forces,
 };
 use super::targets::{Reach, Surfaces, TargetGather};
+use crate::collective::Collective;
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, VertexContact};
@@ -96,11 +97,11 @@ impl<const D: usize> Swing<D> {
             (0..D).for_each(|i| own[i] += step[i]);
         }
         let mut all = [0.0_f64; 4];
-        world.all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        world.reduce_all(&own[..], &mut all[..], SystemOperation::sum());
         let mean = Point::from_fn(|i, _| all[i] / all[3].max(1.0));
         let swing = Self { mean, most: 0.0 };
         let mut most = 0.0;
-        world.all_reduce_into(&swing.beside(nodes, step), &mut most, SystemOperation::max());
+        world.reduce_all(&swing.beside(nodes, step), &mut most, SystemOperation::max());
         Self { mean, most }
     }
 }

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::elastic::ElasticSupports;
 use super::supports::Supports;
+use crate::collective::Collective;
 use crate::mesh::{DisjointSets, Mesh, spelled};
 use crate::model::{Model, Target};
 use crate::partition::LocalMesh;
@@ -49,7 +50,7 @@ impl<const D: usize> Pieces<D> {
         let mesh = &local.mesh;
         let own = mesh.piece.iter().max().map_or(0, |last| last + 1);
         let mut count = 0;
-        world.all_reduce_into(&own, &mut count, SystemOperation::max());
+        world.reduce_all(&own, &mut count, SystemOperation::max());
         let count = count as usize;
         let names: Vec<String> = model.bodies.iter().map(|body| body.name.clone()).collect();
         let mut own = vec![0_u8; count * names.len()];
@@ -65,8 +66,8 @@ impl<const D: usize> Pieces<D> {
         }
         let mut members = vec![0_u8; own.len()];
         let mut totals = vec![0.0_f64; sums.len()];
-        world.all_reduce_into(&own[..], &mut members[..], SystemOperation::max());
-        world.all_reduce_into(&sums[..], &mut totals[..], SystemOperation::sum());
+        world.reduce_all(&own[..], &mut members[..], SystemOperation::max());
+        world.reduce_all(&sums[..], &mut totals[..], SystemOperation::sum());
         let hinges = hinges(mesh, local.index.owned);
         let (group, groups) = group(world, &hinges, count);
         let all = (0..count).map(|piece| {
@@ -140,7 +141,7 @@ impl<const D: usize> Pieces<D> {
             }
         }
         let mut held = vec![0.0; own.len()];
-        world.all_reduce_into(&own[..], &mut held[..], SystemOperation::sum());
+        world.reduce_all(&own[..], &mut held[..], SystemOperation::sum());
         held.chunks_exact(D * D).map(axes_in_range).collect()
     }
 }
@@ -203,13 +204,13 @@ fn group(
     loop {
         let own: Vec<u32> = (0..count as u32).map(|piece| sets.find(piece)).collect();
         let mut all = vec![0; count];
-        world.all_reduce_into(&own[..], &mut all[..], SystemOperation::min());
+        world.reduce_all(&own[..], &mut all[..], SystemOperation::min());
         let mut changed = 0u8;
         for (piece, &lowest) in (0..).zip(&all) {
             changed |= u8::from(sets.join(piece, lowest));
         }
         let mut any = 0u8;
-        world.all_reduce_into(&changed, &mut any, SystemOperation::max());
+        world.reduce_all(&changed, &mut any, SystemOperation::max());
         if any == 0 {
             break;
         }
@@ -241,6 +242,6 @@ fn touched<const D: usize>(
         }
     }
     let mut all = vec![0u8; count];
-    world.all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    world.reduce_all(&own[..], &mut all[..], SystemOperation::max());
     all.into_iter().map(|touched| touched > 0).collect()
 }

@@ -23,6 +23,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::contact::facets_of;
 use super::solid::SolidElements;
+use crate::collective::Collective;
 use crate::error::{Error, Result, agree};
 use crate::mesh::Facet;
 use crate::model::{MassChoice, Model, Target};
@@ -171,7 +172,7 @@ impl Redistribution {
             let heavy = nodes.iter().zip(&values).filter(|(node, _)| !self.massless[**node as usize]);
             let wrong = heavy.filter(|(_, f)| !(FACTORS[0]..=FACTORS[1]).contains(*f)).count() as u64;
             let mut everywhere = 0u64;
-            session.world().all_reduce_into(&wrong, &mut everywhere, SystemOperation::sum());
+            session.world().reduce_all(&wrong, &mut everywhere, SystemOperation::sum());
             if everywhere == 0 {
                 nodes.iter().zip(values).for_each(|(&node, f)| self.factor[node as usize] = f);
                 return true;
@@ -217,7 +218,7 @@ impl Redistribution {
             });
         }
         let mut total = vec![0.0; own.len()];
-        world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
+        world.reduce_all(&own[..], &mut total[..], SystemOperation::sum());
         let right = total.split_off(count * count);
         [total, right]
     }
@@ -271,7 +272,7 @@ impl<const D: usize> Frame<D> {
             }
         }
         let mut all = [0.0; 6];
-        world.all_reduce_into(&own[..], &mut all[..], SystemOperation::min());
+        world.reduce_all(&own[..], &mut all[..], SystemOperation::min());
         let centre = std::array::from_fn(|i| 0.5 * (all[i] - all[3 + i]));
         let size = (0..D).map(|i| -all[3 + i] - all[i]).fold(0.0, f64::max);
         Self { centre, size: 0.5 * size }

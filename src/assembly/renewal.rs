@@ -4,12 +4,12 @@
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::contact::LocalContact;
 use super::interface::{Couplings, Interface};
 use super::pair::CandidateHorizon;
 use super::system::ContactSystem;
+use crate::collective::Collective;
 use crate::contact::evaluation::ContactFields;
 use crate::dynamics::{OverStep, SearchSource, Stage};
 use crate::error::Result;
@@ -166,7 +166,7 @@ impl<const D: usize> ContactSystem<D> {
         let lacks =
             interface.blocks().iter().any(|&(row, column)| pattern.slot(row as usize, column).is_none());
         let mut any = 0u8;
-        self.bodies.session.world().all_reduce_into(&u8::from(lacks), &mut any, SystemOperation::max());
+        self.bodies.session.world().reduce_all(&u8::from(lacks), &mut any, SystemOperation::max());
         any == 0
     }
 

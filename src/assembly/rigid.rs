@@ -7,10 +7,10 @@
 //! only the translation along the axis is free of strain.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 use super::bodies::Bodies;
+use crate::collective::Collective;
 use crate::dynamics::{MovingPart, RigidMotion};
 use crate::element::Kinematics;
 use crate::error::Result;
@@ -148,7 +148,7 @@ impl<const D: usize> Bodies<D> {
             sums[1..].iter_mut().zip(places[node].at).for_each(|(sum, x)| *sum += x);
         }
         let mut all = vec![0.0; own.len()];
-        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        self.session.world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
         let centre = |sums: &[f64]| Centre {
             nodes: sums[0],
             at: std::array::from_fn(|i| sums[i + 1] / sums[0].max(1.0)),
@@ -280,7 +280,7 @@ impl<const D: usize> Bodies<D> {
             }
         }
         let mut all = vec![0.0; own.len()];
-        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        self.session.world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
         let of_group = |(&start, &width): (&usize, &usize)| {
             let matrix = |kind: usize| {
                 DMatrix::from_row_slice(width, width, &all[start + kind * width * width..][..width * width])

@@ -1,9 +1,9 @@
 //! Residual that is left by the rounding of displacements and positions.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::system::ContactSystem;
+use crate::collective::Collective;
 use crate::dynamics::Stage;
 use crate::error::Result;
 
@@ -22,7 +22,7 @@ impl<const D: usize> ContactSystem<D> {
         let contacts: f64 = self.contacts.iter().map(|contact| contact.squared_stiffness()).sum();
         let own = bodies + contacts * self.bodies.extent.farthest.powi(2);
         let mut all = 0.0_f64;
-        self.bodies.session.world().all_reduce_into(&own, &mut all, SystemOperation::sum());
+        self.bodies.session.world().reduce_all(&own, &mut all, SystemOperation::sum());
         Ok(f64::EPSILON * all.sqrt())
     }
 }

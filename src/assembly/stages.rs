@@ -6,6 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::LocalContact;
 use super::interface::{Interface, RemoteForce};
+use crate::collective::Collective;
 use crate::contact::damping::ActiveDamping;
 use crate::contact::evaluation::ContactFields;
 use crate::contact::state::{self, Hold, Keep};
@@ -59,7 +60,7 @@ pub fn force_change<const D: usize>(
     let mut own = state::SquaredForceChange::default();
     contacts.iter().for_each(|contact| own += contact.force_change());
     let mut total = [0.0f64; 2];
-    world.all_reduce_into(&[own.friction, own.normal], &mut total, SystemOperation::sum());
+    world.reduce_all(&[own.friction, own.normal], &mut total, SystemOperation::sum());
     ForceChange { friction: total[0].sqrt(), normal: total[1].sqrt() }
 }
 

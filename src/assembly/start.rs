@@ -8,6 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::build::{facet_normals, height, size_of};
 use super::contact::facets_of;
 use crate::case::Units;
+use crate::collective::Collective;
 use crate::contact::mortar::contact::OPEN;
 use crate::contact::obstacle::Shape;
 use crate::error::{Error, Result, agree};
@@ -186,7 +187,7 @@ fn mean_facet<const D: usize>(
 ) -> f64 {
     let [area, count] = size_of(local, facets);
     let mut sums = [0.0_f64; 2];
-    world.all_reduce_into(&[area, count][..], &mut sums[..], SystemOperation::sum());
+    world.reduce_all(&[area, count][..], &mut sums[..], SystemOperation::sum());
     (sums[0] / sums[1]).powf(1.0 / (D as f64 - 1.0))
 }
 
@@ -202,7 +203,7 @@ fn require_free_side<const D: usize>(
     let points = own.flat_map(|element| mesh.element_nodes(element)).map(|&node| mesh.points[node as usize]);
     let largest = points.map(|point| obstacle.gap(&Vector::from(point))).fold(f64::NEG_INFINITY, f64::max);
     let mut all = 0.0;
-    world.all_reduce_into(&largest, &mut all, SystemOperation::max());
+    world.reduce_all(&largest, &mut all, SystemOperation::max());
     if all > 0.0 {
         return Ok(());
     }
@@ -233,7 +234,7 @@ fn look_away<const D: usize>(
     };
     let own = u64::from(facets.iter().any(faces));
     let mut any = 0;
-    world.all_reduce_into(&own, &mut any, SystemOperation::max());
+    world.reduce_all(&own, &mut any, SystemOperation::max());
     any == 0
 }
 
@@ -305,7 +306,7 @@ fn worst<const D: usize>(
     let below = gaps.iter().filter(|(gap, _)| *gap < 0.0).count();
     let count = [below, paired.len(), gaps.len()].map(|number| number as u64);
     let mut total = [0u64; 3];
-    world.all_reduce_into(&count[..], &mut total[..], SystemOperation::sum());
+    world.reduce_all(&count[..], &mut total[..], SystemOperation::sum());
     let [nodes, paired, candidates] = total;
     let contact = contact.to_owned();
     Overclosure {
@@ -332,7 +333,7 @@ fn least<const D: usize>(
 ) -> (f64, [f64; D]) {
     let least = |own: f64| {
         let mut all = 0.0;
-        world.all_reduce_into(&own, &mut all, SystemOperation::min());
+        world.reduce_all(&own, &mut all, SystemOperation::min());
         all
     };
     let smallest = least(values.iter().map(|(value, _)| *value).fold(f64::INFINITY, f64::min));

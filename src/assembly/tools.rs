@@ -1,10 +1,10 @@
 //! Moving rigid bodies of the case: their placement for an evaluation, and what observers read.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::free_bodies::{FreeState, MotionSums, RigidVelocity, TurnDirection, space_of};
 use super::system::ContactSystem;
+use crate::collective::Collective;
 use crate::contact::rigid::{MotionInstant, MotionStep};
 use crate::dynamics::{OverStep, RigidInstant, Stage};
 use crate::error::Result;
@@ -113,7 +113,7 @@ impl<const D: usize> ContactSystem<D> {
             }
         }
         let mut most = 0.0;
-        self.bodies.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());
+        self.bodies.session.world().reduce_all(&own, &mut most, SystemOperation::max());
         most
     }
 
@@ -140,7 +140,7 @@ impl<const D: usize> ContactSystem<D> {
             }
         }
         let mut loads = vec![0.0; own.len()];
-        self.bodies.session.world().all_reduce_into(&own[..], &mut loads[..], SystemOperation::sum());
+        self.bodies.session.world().reduce_all(&own[..], &mut loads[..], SystemOperation::sum());
         let free = self.bodies.free.states(&self.bodies.session, stage);
         let state = |(tool, load): (&RigidModel<D>, &[f64])| {
             let load = |k: usize| std::array::from_fn(|i| load[k + i]);

@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use super::file::{FileSection, Header, Reader, Writer, examine, unreadable};
 use super::table::StoredTable;
+use crate::collective::Collective;
 use crate::error::{Error, Result, agree};
 
 /// Number of words that rank 0 reads at a time.
@@ -31,7 +32,7 @@ pub fn write(
     let mut sections = Vec::with_capacity(tables.len());
     for table in tables {
         let mut rows = 0;
-        world.all_reduce_into(&(table.keys.len() as u64), &mut rows, SystemOperation::sum());
+        world.reduce_all(&(table.keys.len() as u64), &mut rows, SystemOperation::sum());
         sections.push(FileSection { name: table.name.clone(), columns: table.columns.clone(), rows });
     }
     let header = Header { state, sections };
@@ -54,7 +55,7 @@ fn collect(
     let order = table.order();
     let own_end = order.last().map_or(0, |&row| table.keys[row] + 1);
     let mut end = 0;
-    world.all_reduce_into(&own_end, &mut end, SystemOperation::max());
+    world.reduce_all(&own_end, &mut end, SystemOperation::max());
     let width = table.columns.len();
     let mut given = 0;
     let mut outcome = Ok(());

@@ -1,6 +1,7 @@
 //! The strain energy of a group, computed in lanes and at the samples of the forces.
 
 use super::batch::Batch;
+use super::compiled::compiled;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
 use super::projection::Dilatation;
@@ -10,28 +11,40 @@ use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, PointEnergy, V
 impl<const D: usize> ElementGroup<D> {
     /// Strain energy \[J\] (in 2D per metre of depth, in axisymmetry of the whole revolution) of the elements with `mine[element]`.
     pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
-        let formulation = &self.formulation;
-        if formulation.plane.is_revolved() {
-            return self.axisymmetric_energy(u, mine);
-        }
-        let energy = Energy { group: self, u, mine };
-        match formulation.kinematics {
-            Kinematics::Linear => {
-                energy.of(self.parts(|part| Box::new(LawPart::<Hooke>(formulation.own_moduli().part(part)))))
-            }
-            Kinematics::Finite => match formulation.plane_stress() {
-                None => formulation.material.accept(energy),
-                Some(law) => energy.of(vec![Box::new(law)]),
-            },
-        }
+        compiled().strain_energy(Energy { group: self, u, mine })
     }
 }
 
 /// The elements and displacements of a sum.
-struct Energy<'a, const D: usize> {
+pub(super) struct Energy<'a, const D: usize> {
     group: &'a ElementGroup<D>,
     u: &'a [f64],
     mine: &'a [bool],
+}
+
+/// Energy of a group in plane strain, plane stress or axisymmetry.
+pub(super) fn in_plane(energy: Energy<'_, 2>) -> f64 {
+    let formulation = energy.group.formulation();
+    if formulation.plane.is_revolved() {
+        return energy.group.axisymmetric_energy(energy.u, energy.mine);
+    }
+    match formulation.plane_stress() {
+        None => solid(energy),
+        Some(law) => energy.of(vec![Box::new(law)]),
+    }
+}
+
+/// Energy of a group without strain across the plane, or in 3D.
+pub(super) fn solid<const D: usize>(energy: Energy<'_, D>) -> f64 {
+    let formulation = *energy.group.formulation();
+    match formulation.kinematics {
+        Kinematics::Linear => {
+            let moduli = formulation.own_moduli();
+            let parts = energy.group.parts(|part| Box::new(LawPart::<Hooke>(moduli.part(part))));
+            energy.of(parts)
+        }
+        Kinematics::Finite => formulation.material.accept(energy),
+    }
 }
 
 impl<const D: usize> Energy<'_, D> {

@@ -1,5 +1,6 @@
 //! Internal force and stiffness of a group, with the kernel selected by its law.
 
+use super::compiled::compiled;
 use super::general::General;
 use super::group::ElementGroup;
 use super::kinematics::Kinematics;
@@ -21,12 +22,7 @@ impl<const D: usize> ElementGroup<D> {
     /// # Errors
     /// The first element of the group with `det F <= 0` or NaN at a quadrature point. The sink has
     /// then received a part of the group, and its content is invalid.
-    pub fn evaluate(
-        &self,
-        u: &[f64],
-        request: Request,
-        sink: &mut dyn ElementSink,
-    ) -> std::result::Result<(), Inverted> {
+    pub fn evaluate(&self, u: &[f64], request: Request, sink: &mut dyn ElementSink) -> Result<(), Inverted> {
         self.evaluate_viscous(u, None, request, sink)
     }
 
@@ -41,31 +37,35 @@ impl<const D: usize> ElementGroup<D> {
         viscous: Option<&Overstress>,
         request: Request,
         sink: &mut dyn ElementSink,
-    ) -> std::result::Result<(), Inverted> {
-        let job = Job { group: self, u, viscous, request, sink };
-        if self.formulation.plane.is_revolved() {
-            return Self::evaluate_axisymmetric(job);
-        }
-        match self.formulation.kinematics {
-            Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, self.formulation.own_moduli())),
-            Kinematics::Finite => match self.formulation.plane_stress() {
-                None => self.formulation.material.accept(Evaluate(job)),
-                Some(law) => dispatch(General::<PlaneStress, D, false>::of_one(job, Box::new(law))),
-            },
-        }
+    ) -> Result<(), Inverted> {
+        compiled().evaluate(Job { group: self, u, viscous, request, sink })
     }
-}
 
-impl<const D: usize> ElementGroup<D> {
     /// Force of the difference between the pressure linearised at the displacements `earlier` and that at `u`.
     /// Elements in patches contribute nothing.
     pub fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink) {
-        let job = PressureChange { group: self, u, earlier, sink };
-        if self.formulation.plane.is_revolved() {
-            Self::axisymmetric_pressure_change(job);
-        } else {
-            dispatch(job);
-        }
+        compiled().pressure_change(PressureChange { group: self, u, earlier, sink });
+    }
+}
+
+/// Evaluates a group in plane strain, plane stress or axisymmetry.
+pub(super) fn in_plane(job: Job<'_, 2>) -> Result<(), Inverted> {
+    let formulation = job.group.formulation();
+    if formulation.plane.is_revolved() {
+        return ElementGroup::evaluate_axisymmetric(job);
+    }
+    match formulation.plane_stress() {
+        None => solid(job),
+        Some(law) => dispatch(General::<PlaneStress, 2, false>::of_one(job, Box::new(law))),
+    }
+}
+
+/// Evaluates a group without strain across the plane, or in 3D.
+pub(super) fn solid<const D: usize>(job: Job<'_, D>) -> Result<(), Inverted> {
+    let formulation = *job.group.formulation();
+    match formulation.kinematics {
+        Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, formulation.own_moduli())),
+        Kinematics::Finite => formulation.material.accept(Evaluate(job)),
     }
 }
 
@@ -73,7 +73,7 @@ impl<const D: usize> ElementGroup<D> {
 struct Evaluate<'a, const D: usize>(Job<'a, D>);
 
 impl<const D: usize> LawTask for Evaluate<'_, D> {
-    type Output = std::result::Result<(), Inverted>;
+    type Output = Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
         run_general(self.0, |part| Box::new(LawPart::<P>(law.constants(part))))
@@ -96,7 +96,7 @@ impl<const D: usize> LawTask for Evaluate<'_, D> {
 fn run_general<K: PointLaw + ?Sized, const D: usize>(
     job: Job<D>,
     part: impl Fn(Part) -> Box<K>,
-) -> std::result::Result<(), Inverted> {
+) -> Result<(), Inverted> {
     match job.viscous {
         None => dispatch(General::<K, D, false>::new(job, part)),
         Some(_) => dispatch(General::<K, D, true>::new(job, part)),

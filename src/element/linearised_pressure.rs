@@ -14,7 +14,7 @@ use super::group::{ElementGroup, Formulation, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, locks};
 use super::tangent::Wanted;
 use super::workspace::Workspace;
-use crate::lanes::{Lane, LaneTask, WIDTH};
+use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::VolumeLaw;
 use crate::mesh::PlaneState;
 use crate::square::{Row, apply, apply_add, double_dot, product, product_transposed, scale_all, sum};
@@ -40,6 +40,20 @@ pub(super) struct PressureChange<'a, const D: usize> {
     pub u: &'a [f64],
     pub earlier: &'a [f64],
     pub sink: &'a mut dyn ElementSink,
+}
+
+/// Adds up the change in the plane.
+pub(super) fn in_plane(change: PressureChange<'_, 2>) {
+    if change.group.formulation().plane.is_revolved() {
+        ElementGroup::axisymmetric_pressure_change(change);
+    } else {
+        solid(change);
+    }
+}
+
+/// Adds up the change in plane strain or in 3D.
+pub(super) fn solid<const D: usize>(change: PressureChange<'_, D>) {
+    dispatch(change);
 }
 
 impl<const D: usize> LaneTask for PressureChange<'_, D> {

@@ -6,6 +6,7 @@
 
 mod axisymmetric;
 mod batch;
+mod compiled;
 mod dilatation;
 mod energy;
 mod evaluate;

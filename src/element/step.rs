@@ -7,6 +7,7 @@
 //! quadrature are conserved separately.
 
 use super::batch::{Batch, Sample, check};
+use super::compiled::compiled;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
 use super::projection::Dilatation;
@@ -40,20 +41,29 @@ impl<const D: usize> ElementGroup<D> {
         middle: &[f64],
         request: Request,
         sink: &mut dyn ElementSink,
-    ) -> std::result::Result<(), Inverted> {
+    ) -> Result<(), Inverted> {
         if self.formulation.kinematics == Kinematics::Linear {
             return self.evaluate(middle, request, sink);
         }
-        let job = StepJob { group: self, u: [start, middle], request, sink };
-        match self.formulation.plane_stress() {
-            None => self.formulation.material.accept(job),
-            Some(law) => dispatch(Step::new(job, vec![Box::new(law)])),
-        }
+        compiled().evaluate_step(StepJob { group: self, u: [start, middle], request, sink })
     }
 }
 
+/// Evaluates a group in plane strain or plane stress over a step.
+pub(super) fn in_plane(job: StepJob<'_, 2>) -> Result<(), Inverted> {
+    match job.group.formulation().plane_stress() {
+        None => solid(job),
+        Some(law) => dispatch(Step::new(job, vec![Box::new(law)])),
+    }
+}
+
+/// Evaluates a group without strain across the plane, or in 3D, over a step.
+pub(super) fn solid<const D: usize>(job: StepJob<'_, D>) -> Result<(), Inverted> {
+    job.group.formulation().material.accept(job)
+}
+
 impl<const D: usize> LawTask for StepJob<'_, D> {
-    type Output = std::result::Result<(), Inverted>;
+    type Output = Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
         let parts = self.group.parts(|part| Box::new(LawPart::<P>(law.constants(part))));
@@ -80,7 +90,7 @@ impl<'a, K: ?Sized, const D: usize> Step<'a, K, D> {
 }
 
 impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
-    type Output = std::result::Result<(), Inverted>;
+    type Output = Result<(), Inverted>;
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> Self::Output {

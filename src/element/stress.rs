@@ -7,8 +7,8 @@ use super::kinematics::{Kinematics, gradient_of, reference_gradients};
 use super::projection::Projection;
 use super::viscous::{in_plane, in_space};
 use crate::material::{
-    Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, MetricLaw, Overstress, Part,
-    PlaneStress, PointLaw, VolumeLaw, Volumetric,
+    Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, Material, MetricLaw, Overstress,
+    Part, PlaneStress, PointLaw, VolumeLaw, Volumetric,
 };
 use crate::mesh::{ElementKind, PlaneState};
 use crate::space::reference;
@@ -190,7 +190,7 @@ impl<const D: usize> ElementGroup<D> {
     ) -> Square<f64, 3> {
         let isochoric = match self.formulation.kinematics {
             Kinematics::Linear => LinearDeviator { mu: self.formulation.moduli().mu }.stress(grad_u),
-            Kinematics::Finite => self.formulation.material.accept(IsochoricAt { grad_u: *grad_u }),
+            Kinematics::Finite => IsochoricAt { grad_u: *grad_u }.of(&self.formulation.material),
         };
         viscous.at::<D>(index, self.passes[0].samples(), point, &isochoric)
     }
@@ -244,7 +244,7 @@ impl<const D: usize> ElementGroup<D> {
         let f = plus_one(&solid);
         let second_piola = match plane_stress {
             Some(law) => in_space(&law.stress(&in_plane::<_, D>(grad_u))),
-            None => with_added(self.formulation.material.accept(StressAt { part, grad_u: solid })),
+            None => with_added(StressAt { part, grad_u: solid }.of(&self.formulation.material)),
         };
         let kirchhoff = product(&product(&f, &second_piola), &transpose(&f));
         CauchyState { cauchy: components(&kirchhoff, 1.0 / det_f), det_f }
@@ -269,6 +269,12 @@ struct StressAt {
     grad_u: Square<f64, 3>,
 }
 
+impl StressAt {
+    fn of(self, material: &Material) -> Square<f64, 3> {
+        material.accept(self)
+    }
+}
+
 impl LawTask for StressAt {
     type Output = Square<f64, 3>;
 
@@ -280,6 +286,12 @@ impl LawTask for StressAt {
 /// The isochoric second Piola stress of a law \[Pa\].
 struct IsochoricAt {
     grad_u: Square<f64, 3>,
+}
+
+impl IsochoricAt {
+    fn of(self, material: &Material) -> Square<f64, 3> {
+        material.accept(self)
+    }
 }
 
 impl LawTask for IsochoricAt {

@@ -5,7 +5,8 @@
 //! each branch. In plane strain the components `yz` and `xz` are left out.
 
 use super::batch::Batch;
-use super::group::ElementGroup;
+use super::compiled::compiled;
+use super::group::{ElementGroup, Formulation};
 use super::kinematics::Kinematics;
 use crate::lanes::{Lane, LaneTask, Pack, Real, WIDTH, dispatch};
 use crate::material::{
@@ -205,14 +206,14 @@ impl<const D: usize> ElementGroup<D> {
     /// [`Overstress`].
     pub fn isochoric_stress(&self, u: &[f64]) -> Vec<Pack> {
         let mut out = Vec::with_capacity(self.points_of_batches() * components(D));
-        self.with_deviator(Stresses { group: self, u, out: &mut out });
+        compiled().isochoric_stress(Stresses { group: self, u, out: &mut out });
         out
     }
 
     /// Isochoric energy of the law \[J\] (in 2D per metre of depth) of the elements with
     /// `mine[element]`.
     pub fn isochoric_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
-        self.with_deviator(IsochoricEnergy { group: self, u, mine })
+        compiled().isochoric_energy(IsochoricEnergy { group: self, u, mine })
     }
 
     /// Energies of the branches in a step of length `elapsed` \[s\] from the displacements `u[0]` to
@@ -226,23 +227,26 @@ impl<const D: usize> ElementGroup<D> {
         mine: &[bool],
     ) -> ViscousEnergies {
         let mu = self.formulation.moduli().mu;
-        self.with_deviator(BranchEnergies { group: self, series, history, elapsed, u, mine, mu })
+        compiled().branch_energies(BranchEnergies { group: self, series, history, elapsed, u, mine, mu })
     }
+}
 
-    fn with_deviator<K: DeviatorTask>(&self, task: K) -> K::Output {
-        match self.formulation.kinematics {
-            Kinematics::Linear => {
-                let deviator = LinearDeviator { mu: self.formulation.moduli().mu };
-                dispatch(InLanes { task, deviator: &deviator })
-            }
-            Kinematics::Finite => self.formulation.material.accept(OfLaw(task)),
+/// Does a task with the isochoric part of the law of its group.
+pub(super) fn compute<K: DeviatorTask>(task: K) -> K::Output {
+    let formulation = *task.formulation();
+    match formulation.kinematics {
+        Kinematics::Linear => {
+            let deviator = LinearDeviator { mu: formulation.moduli().mu };
+            dispatch(InLanes { task, deviator: &deviator })
         }
+        Kinematics::Finite => formulation.material.accept(OfLaw(task)),
     }
 }
 
 /// Something to be done with the isochoric part of a law, in lanes.
-trait DeviatorTask: Sized {
+pub(super) trait DeviatorTask: Sized {
     type Output;
+    fn formulation(&self) -> &Formulation;
     fn run<V: Deviator, L: Lane>(self, deviator: &V, unit: L) -> Self::Output;
 }
 
@@ -295,7 +299,7 @@ macro_rules! for_every_sample {
     }};
 }
 
-struct Stresses<'a, const D: usize> {
+pub(super) struct Stresses<'a, const D: usize> {
     group: &'a ElementGroup<D>,
     u: &'a [f64],
     out: &'a mut Vec<Pack>,
@@ -303,6 +307,10 @@ struct Stresses<'a, const D: usize> {
 
 impl<const D: usize> DeviatorTask for Stresses<'_, D> {
     type Output = ();
+
+    fn formulation(&self) -> &Formulation {
+        &self.group.formulation
+    }
 
     #[inline(always)]
     fn run<V: Deviator, L: Lane>(self, deviator: &V, unit: L) {
@@ -323,7 +331,7 @@ impl<const D: usize> DeviatorTask for Stresses<'_, D> {
     }
 }
 
-struct IsochoricEnergy<'a, const D: usize> {
+pub(super) struct IsochoricEnergy<'a, const D: usize> {
     group: &'a ElementGroup<D>,
     u: &'a [f64],
     mine: &'a [bool],
@@ -331,6 +339,10 @@ struct IsochoricEnergy<'a, const D: usize> {
 
 impl<const D: usize> DeviatorTask for IsochoricEnergy<'_, D> {
     type Output = f64;
+
+    fn formulation(&self) -> &Formulation {
+        &self.group.formulation
+    }
 
     #[inline(always)]
     fn run<V: Deviator, L: Lane>(self, deviator: &V, unit: L) -> f64 {
@@ -361,7 +373,7 @@ fn own_sum<L: Lane, const D: usize>(group: &ElementGroup<D>, batch: usize, sum: 
     own.map(|(_, value)| value).sum()
 }
 
-struct BranchEnergies<'a, const D: usize> {
+pub(super) struct BranchEnergies<'a, const D: usize> {
     group: &'a ElementGroup<D>,
     series: &'a PronySeries,
     history: &'a ViscousHistory,
@@ -374,6 +386,10 @@ struct BranchEnergies<'a, const D: usize> {
 
 impl<const D: usize> DeviatorTask for BranchEnergies<'_, D> {
     type Output = ViscousEnergies;
+
+    fn formulation(&self) -> &Formulation {
+        &self.group.formulation
+    }
 
     #[inline(always)]
     fn run<V: Deviator, L: Lane>(self, deviator: &V, unit: L) -> ViscousEnergies {

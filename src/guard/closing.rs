@@ -1,9 +1,9 @@
 //! Contacts that closed in a step, and their closing speeds.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact};
+use crate::collective::Collective;
 use crate::dynamics::Stage;
 use crate::mesh::Facet;
 use crate::tensor::Vector as Point;
@@ -61,8 +61,8 @@ pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec
     let mut all = vec![0u64; sums.len()];
     let mut fastest = vec![0.0f64; count];
     let world = system.session().world();
-    world.all_reduce_into(&sums[..], &mut all[..], SystemOperation::sum());
-    world.all_reduce_into(&speeds[..], &mut fastest[..], SystemOperation::max());
+    world.reduce_all(&sums[..], &mut all[..], SystemOperation::sum());
+    world.reduce_all(&speeds[..], &mut fastest[..], SystemOperation::max());
     let closing = |(k, contact): (usize, &LocalContact<D>)| ClosingContact {
         contact: contact.name.clone(),
         now: all[3 * k],
@@ -91,6 +91,6 @@ fn target_velocities<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -
         }
     }
     let mut all = vec![0.0_f64; own.len()];
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
     all.chunks_exact(D + 1).map(|sums| Point::from_fn(|i, _| sums[i] / sums[D].max(1.0))).collect()
 }

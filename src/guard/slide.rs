@@ -1,9 +1,9 @@
 //! Sliding distance of surfaces in contact in a step, compared with their facets.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact};
+use crate::collective::Collective;
 use crate::dynamics::Stage;
 
 /// Motion of the two surfaces of a contact with friction in a step, with the same values on all
@@ -46,8 +46,8 @@ pub fn slides<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<S
     let mut all_most = vec![[0.0_f64; 2]; most.len()];
     let mut all_sums = vec![[0.0_f64; 4]; sums.len()];
     let world = system.session().world();
-    world.all_reduce_into(most.as_flattened(), all_most.as_flattened_mut(), SystemOperation::max());
-    world.all_reduce_into(sums.as_flattened(), all_sums.as_flattened_mut(), SystemOperation::sum());
+    world.reduce_all(most.as_flattened(), all_most.as_flattened_mut(), SystemOperation::max());
+    world.reduce_all(sums.as_flattened(), all_sums.as_flattened_mut(), SystemOperation::sum());
     let slide =
         |(contact, ([motion, slid], [force, x, y, z])): (&&LocalContact<D>, ([f64; 2], [f64; 4]))| Slide {
             contact: contact.name.clone(),

@@ -10,7 +10,7 @@ impl<const D: usize> Mesh<D> {
     /// number of each old point, or `GONE`.
     ///
     /// Point sets are updated and lose the removed points.
-    pub(crate) fn drop_unused_points(&mut self) -> Vec<u32> {
+    pub fn drop_unused_points(&mut self) -> Vec<u32> {
         let mut number = vec![GONE; self.points.len()];
         for &node in &self.nodes {
             number[node as usize] = 0;

@@ -2,11 +2,11 @@
 //! column.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::nodal_stress::NodalStress;
 use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
 use crate::assembly::ContactSystem;
+use crate::collective::Collective;
 use crate::dynamics::Stage;
 use crate::element::Cauchy;
 use crate::error::{Error, Result};
@@ -143,7 +143,7 @@ pub fn locate_lines<const D: usize>(
             let found = tree.locate(of_body, &point);
             let mine = found.map_or(u32::MAX, |found| local.input_element[found.element as usize]);
             let mut chosen = 0;
-            system.session().world().all_reduce_into(&mine, &mut chosen, SystemOperation::min());
+            system.session().world().reduce_all(&mine, &mut chosen, SystemOperation::min());
             if chosen == u32::MAX {
                 return Err(Error::case(format!("line '{}': point {number} is in no element", line.name)));
             }

@@ -2,11 +2,12 @@
 //! column of each probe.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use mpi::traits::{Communicator, Root};
 
 use super::nodal::{NodalMean, NodalSums, NodalValue};
 use super::quantity::{Cell, LENGTH, ReportedQuantity, STEP, TIME, TableFile};
 use crate::assembly::ContactSystem;
+use crate::collective::Collective;
 use crate::contact::point::Status;
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
@@ -202,16 +203,16 @@ fn nearest<const D: usize>(
     let own = own.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mine = own.map_or(f64::INFINITY, |(distance, ..)| distance);
     let mut least = 0.0;
-    world.all_reduce_into(&mine, &mut least, SystemOperation::min());
+    world.reduce_all(&mine, &mut least, SystemOperation::min());
     let candidate = own.filter(|(distance, ..)| *distance == least).map_or(u32::MAX, |(_, input, _)| input);
     let mut chosen = 0;
-    world.all_reduce_into(&candidate, &mut chosen, SystemOperation::min());
+    world.reduce_all(&candidate, &mut chosen, SystemOperation::min());
     if chosen == u32::MAX {
         return Err(Error::case(format!("probe '{}' has no node", probe.name)));
     }
     let holder = if candidate == chosen { world.rank() } else { i32::MAX };
     let mut rank = 0;
-    world.all_reduce_into(&holder, &mut rank, SystemOperation::min());
+    world.reduce_all(&holder, &mut rank, SystemOperation::min());
     let node = own.filter(|_| world.rank() == rank).map_or(0, |(_, _, node)| node);
     let mut place = local.mesh.points.get(node as usize).copied().unwrap_or([0.0; D]);
     let contact = contacts.iter().position(|sums| world.rank() == rank && sums.at(node).is_some());

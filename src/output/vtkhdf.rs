@@ -18,7 +18,7 @@ use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use mpi::traits::{Communicator, Root};
 use nix::errno::Errno;
 use nix::fcntl::posix_fallocate;
 
@@ -27,6 +27,7 @@ use super::fields::Ranks;
 use super::io_error::unwritable;
 use super::selection::{BODY, CONTACT, Cells, FieldSelection};
 use super::vtu::{Array, VtuPiece, VtuValues};
+use crate::collective::Collective;
 use crate::error::{Error, Result, agree};
 use crate::observe::fields::Field;
 use crate::petsc::{Hdf5File, NumberType, Rows, Width};
@@ -182,7 +183,7 @@ impl Sizes {
         let own =
             [piece.points.values.len() / 3, piece.types.len(), piece.connectivity.len()].map(|n| n as u64);
         let mut all = vec![0; 3 * world.size() as usize];
-        world.all_gather_into(&own, &mut all[..]);
+        world.gather_all(&own, &mut all[..]);
         Self { all, rank: world.rank() as usize }
     }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::collective::Collective;
 use mpi::traits::{CommunicatorCollectives, Root};
 
 use super::quality::imbalance;
@@ -42,7 +43,7 @@ impl Report {
         let own = local.mine.iter().filter(|&&mine| mine).count();
         let counts = [own, local.assembled, local.index.owned, local.index.ghosts.len()].map(|n| n as u64);
         let mut all = vec![0; counts.len() * world.size() as usize];
-        world.all_gather_into(&counts[..], &mut all[..]);
+        world.gather_all(&counts[..], &mut all[..]);
         let column = |k| all.iter().skip(k).step_by(counts.len()).copied().collect();
         Self {
             elements: column(0),

@@ -1,6 +1,7 @@
 //! Reductions over all ranks in place, so that no value has a position that two places must
 //! remember.
 
+use crate::collective::Collective;
 use mpi::collective::SystemOperation;
 use mpi::traits::{CommunicatorCollectives, Equivalence};
 
@@ -30,6 +31,6 @@ fn reduce<'a, T: Equivalence + Copy + 'a>(
     let mut values: Vec<&mut T> = values.into_iter().collect();
     let own: Vec<T> = values.iter().map(|value| **value).collect();
     let mut all = own.clone();
-    world.all_reduce_into(&own[..], &mut all[..], operation);
+    world.reduce_all(&own[..], &mut all[..], operation);
     values.iter_mut().zip(all).for_each(|(value, all)| **value = all);
 }

@@ -3,6 +3,7 @@
 use super::call::{self, petsc, quiet_handler};
 use super::options::{self, OptionsDatabase};
 use super::{limits, threads, usage};
+use crate::collective::Collective;
 use crate::error::{Error, Result, agree};
 use mpi::collective::SystemOperation;
 use mpi::environment::Universe;
@@ -214,7 +215,7 @@ impl Session {
         let is_left = |name: &String| left.iter().flatten().any(|(own, _)| own == name);
         let own: Vec<u8> = names.iter().map(|name| u8::from(is_left(name))).collect();
         let mut everywhere = own.clone();
-        self.world.all_reduce_into(&own, &mut everywhere, SystemOperation::min());
+        self.world.reduce_all(&own, &mut everywhere, SystemOperation::min());
         let unused =
             |(name, _): &(String, String)| names.binary_search(name).is_ok_and(|at| everywhere[at] > 0);
         Ok(left?.into_iter().filter(unused).map(|(_, words)| words).collect())

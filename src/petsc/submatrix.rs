@@ -5,9 +5,9 @@ use super::operator::Operator;
 use super::pattern::BlockPattern;
 use super::session::Session;
 use super::vector::Vector;
+use crate::collective::Collective;
 use crate::error::{Error, Result};
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 use std::rc::Rc;
 
 /// `P^T A P`, where `P` selects nodes. It exists on the ranks that own a selected node, and each of
@@ -45,7 +45,7 @@ impl SubMatrix {
         nodes: &[u32],
     ) -> Result<(BlockPattern, Vec<u32>)> {
         let mut through = 0;
-        session.world().scan_into(&(nodes.len() as i32), &mut through, SystemOperation::sum());
+        session.world().reduce_up_to(&(nodes.len() as i32), &mut through, SystemOperation::sum());
         let first_row = through - nodes.len() as i32;
         let owned = whole.owned();
         let rows = || nodes.iter().flat_map(|&node| whole.row(node as usize));

@@ -32,6 +32,7 @@ impl<F> LawEntry<F> {
 ///
 /// A law is a file with a struct and one line: its name in cases, its file, its struct. The struct carries what is read (serde and the
 /// schema), its checks and its physics, and `samples()` for the tests.
+#[macro_export]
 macro_rules! family {
     (
         $(#[$about:meta])*
@@ -70,9 +71,10 @@ macro_rules! family {
         })+
     };
 }
-pub(crate) use family;
+pub use crate::family;
 
 /// Makes the enum of a family of laws, its table (see [`family`]), and `law()`, which gives the interface of whichever law it is.
+#[macro_export]
 macro_rules! laws {
     (
         $(#[$about:meta])*
@@ -97,4 +99,4 @@ macro_rules! laws {
         }
     };
 }
-pub(crate) use laws;
+pub use crate::laws;

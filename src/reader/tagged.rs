@@ -21,6 +21,7 @@ use super::unit::Dimension;
 
 /// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it. With
 /// `read` in front it is read only, never written.
+#[macro_export]
 macro_rules! tagged {
     (read $law:ty, $noun:literal) => {
         impl<'de> serde::Deserialize<'de> for $law {
@@ -38,12 +39,14 @@ macro_rules! tagged {
         }
     };
 }
-pub(crate) use tagged;
+pub use crate::tagged;
 
 /// Deserializer that hands a name or a one-entry mapping to an enum's visitor.
-pub(crate) struct Tagged<D> {
-    pub(crate) inner: D,
-    pub(crate) noun: &'static str,
+pub struct Tagged<D> {
+    /// What the law is read from.
+    pub inner: D,
+    /// What errors call the law.
+    pub noun: &'static str,
 }
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {

@@ -16,6 +16,7 @@ use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision, self_contact};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
+use crate::collective::Collective;
 use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
 use crate::element::Kinematics;
@@ -147,8 +148,8 @@ fn sizes<const D: usize>(
     }
     let mut totals = vec![0; counts.len()];
     let mut least = vec![0.0; bodies];
-    world.all_reduce_into(&counts[..], &mut totals[..], SystemOperation::sum());
-    world.all_reduce_into(&edges[..], &mut least[..], SystemOperation::min());
+    world.reduce_all(&counts[..], &mut totals[..], SystemOperation::sum());
+    world.reduce_all(&edges[..], &mut least[..], SystemOperation::min());
     let size = |(counts, &smallest_edge): (&[u64], &f64)| Size {
         elements: counts.iter().sum(),
         kinds: ElementKind::ALL.into_iter().filter(|&kind| counts[kind as usize] > 0).collect(),

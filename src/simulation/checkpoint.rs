@@ -7,7 +7,6 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::journal::Journal;
 use super::place::RunRequest;
@@ -16,6 +15,7 @@ use super::run_state::{RunState, Snapshot};
 use super::signals::Signals;
 use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store};
+use crate::collective::Collective;
 use crate::error::{Cause, Error, Result, agree};
 use crate::petsc::{Event, Session};
 
@@ -163,7 +163,7 @@ impl CheckpointPolicy {
         let over = self.limit.is_some_and(|limit| ahead >= limit);
         let own = self.signals.last().max(if over { WALL_TIME } else { 0 });
         let mut any = 0;
-        self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
+        self.session.world().reduce_all(&own, &mut any, SystemOperation::max());
         any
     }
 

@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
+use crate::collective::Collective;
 use crate::output::record::PhaseTime;
 use crate::petsc::{Event, Session, peak_memory as own_peak_memory};
 
@@ -25,7 +25,7 @@ pub fn phases(session: &Rc<Session>) -> Vec<(String, PhaseTime)> {
     let events = PHASES.map(|(_, event)| Event::totals(session, event));
     let own = events.map(|(seconds, _)| seconds);
     let mut most = [0.0; PHASES.len()];
-    session.world().all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
+    session.world().reduce_all(&own[..], &mut most[..], SystemOperation::max());
     let phase = |k: usize| (PHASES[k].0.to_owned(), PhaseTime { seconds: most[k], count: events[k].1 });
     (0..PHASES.len()).map(phase).collect()
 }
@@ -38,7 +38,7 @@ pub fn seconds(session: &Rc<Session>) -> [Vec<f64>; 2] {
     let work = WORK.iter().map(|event| Event::totals(session, event).0).sum();
     [session.user_seconds(), work].map(|own: f64| {
         let mut all = vec![0.0; session.size() as usize];
-        session.world().all_gather_into(&own, &mut all[..]);
+        session.world().gather_all(&[own], &mut all[..]);
         all
     })
 }
@@ -51,6 +51,6 @@ pub fn peak_memory(session: &Rc<Session>) -> Vec<u64> {
 /// Gathers a count from each rank. Collective.
 pub fn of_each_rank(session: &Rc<Session>, own: u64) -> Vec<u64> {
     let mut all = vec![0; session.size() as usize];
-    session.world().all_gather_into(&own, &mut all[..]);
+    session.world().gather_all(&[own], &mut all[..]);
     all
 }

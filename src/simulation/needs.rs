@@ -10,6 +10,7 @@ use super::options;
 use crate::accuracy::{limits_slip, smallest_tolerance};
 use crate::assembly::ContactSystem;
 use crate::case::Case;
+use crate::collective::Collective;
 use crate::contact::obstacle::Shape;
 use crate::dynamics::Equations;
 use crate::element::Kinematics;
@@ -226,8 +227,8 @@ pub fn held<const D: usize>(world: &impl CommunicatorCollectives, system: &Conta
     let [multipliers, masses, branches] = system.bytes().map(|bytes| bytes as u64);
     let own = [matrices.count, matrices.bytes, vectors.count, vectors.bytes, multipliers, masses, branches];
     let (mut most, mut sum) = ([0u64; 7], [0u64; 7]);
-    world.all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
-    world.all_reduce_into(&own[..], &mut sum[..], SystemOperation::sum());
+    world.reduce_all(&own[..], &mut most[..], SystemOperation::max());
+    world.reduce_all(&own[..], &mut sum[..], SystemOperation::sum());
     let mut text = format!(
         "storage before the first solve: {} matrices of {} bytes, {} vectors of {} bytes",
         most[0], sum[1], most[2], sum[3]

@@ -26,11 +26,11 @@
 //! solve fails and reports body, direction and force.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 use nalgebra::{Cholesky, DMatrix, DVector, SVD};
 
 use super::held::{Driven, HeldMotions, describe};
 use crate::case::Units;
+use crate::collective::Collective;
 use crate::dynamics::{FloatingBodies, RigidMotion, Stage};
 use crate::error::Result;
 use crate::petsc::{Operator, Vector};
@@ -182,7 +182,7 @@ fn products(left: &[&Vector], right: &[&Vector]) -> Vec<f64> {
         |a: &Vector, b: &Vector| a.owned().iter().zip(b.owned().iter()).map(|(a, b)| a * b).sum::<f64>();
     let own: Vec<f64> = left.iter().flat_map(|a| right.iter().map(|b| dot(a, b))).collect();
     let mut all = vec![0.0; own.len()];
-    first.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    first.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
     all
 }
 

@@ -12,9 +12,9 @@
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use super::incomplete::{Incomplete, Rows};
+use crate::collective::Collective;
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::partition::exchange::NodeExchange;
@@ -105,15 +105,15 @@ impl Grown {
         let world = session.world();
         let longest = (0..pattern.rows()).map(|row| pattern.row(row).len() as u64).max().unwrap_or(0);
         let (mut width, mut total) = (0, 0);
-        world.all_reduce_into(&longest, &mut width, SystemOperation::max());
-        world.all_reduce_into(&(pattern.rows() as i32), &mut total, SystemOperation::sum());
+        world.reduce_all(&longest, &mut width, SystemOperation::max());
+        world.reduce_all(&(pattern.rows() as i32), &mut total, SystemOperation::sum());
         let index = IndexMap { first: pattern.first_row, owned: pattern.rows(), ghosts: Vec::new(), total };
         let mut ghosts = Vec::new();
         let mut further = outside(pattern, pattern.columns.iter().copied(), &ghosts);
         for allowed in layers {
             let costs = further.len() as f64 > allowed * pattern.rows() as f64;
             let mut too_much = 0u8;
-            world.all_reduce_into(&u8::from(costs), &mut too_much, SystemOperation::max());
+            world.reduce_all(&u8::from(costs), &mut too_much, SystemOperation::max());
             if too_much > 0 {
                 break;
             }

@@ -8,11 +8,11 @@
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 use serde::{Deserialize, Serialize};
 
 use super::own::source_of;
 use super::subdomain::Grown;
+use crate::collective::Collective;
 use crate::dynamics::{MatrixSource, MultigridHints, Sources};
 use crate::error::Result;
 use crate::partition::exchange::NodeExchange;
@@ -183,7 +183,7 @@ impl Zone {
     pub fn take_iterations(&mut self) -> u32 {
         let own = std::mem::take(&mut self.iterations);
         let mut most = 0;
-        self.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());
+        self.session.world().reduce_all(&own, &mut most, SystemOperation::max());
         most
     }
 
@@ -248,7 +248,7 @@ impl Zone {
             own[4 + solver.made_for] = u64::from(!changed);
         }
         let mut total = own;
-        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
+        self.session.world().reduce_all(&own, &mut total, SystemOperation::sum());
         let [touching, left, changed, joined, unchanged @ ..] = total;
         Ok(Survey { touching, left, changed, joined, unchanged })
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use mpi::traits::{Communicator, Root};
 use serde_json::Value;
 
 use super::advice::{StudyFindings, percent, seconds};
@@ -14,6 +14,7 @@ use super::folder::{self, Papers, StudyFolder};
 use super::plan::{self, Member};
 use super::row::{MemberState, References, StudyRow};
 use crate::case::{Case, Units};
+use crate::collective::Collective;
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::{Verbosity, say};
 use crate::output::folder::{RECORD, ResultsFolder, record};
@@ -126,7 +127,7 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &StudyOptions) -> 
 /// itself. Collective.
 fn require_leave(session: &Session, signals: &Signals, member: &Member) -> Result<()> {
     let mut any = 0;
-    session.world().all_reduce_into(&signals.last(), &mut any, SystemOperation::max());
+    session.world().reduce_all(&signals.last(), &mut any, SystemOperation::max());
     if any == 0 {
         return Ok(());
     }

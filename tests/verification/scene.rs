@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use contact_petsc::assembly::{ContactSystem, SystemOptions};
 use contact_petsc::case::{Function, PlacedFunction, Units};
+use contact_petsc::collective::Collective;
 use contact_petsc::dynamics::{Equations, Stage};
 use contact_petsc::element::{Formulation, Kinematics, Locking};
 use contact_petsc::material::Material;
@@ -19,7 +20,6 @@ use contact_petsc::tensor::{Tensor, Vector, det_minus_one};
 use contact_petsc::terms::Terms;
 use contact_petsc::time::Scheme;
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 /// The properties of a body.
 #[derive(Debug, Clone, Copy)]
@@ -186,7 +186,7 @@ impl<const D: usize> Scene<D> {
     /// Sums up over all ranks.
     pub fn sum<const N: usize>(&self, own: [f64; N]) -> [f64; N] {
         let mut total = [0.0; N];
-        self.session.world().all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
+        self.session.world().reduce_all(&own[..], &mut total[..], SystemOperation::sum());
         total
     }
 

@@ -9,6 +9,7 @@ mod parcel;
 
 use mpi::traits::CommunicatorCollectives;
 
+use crate::collective::Collective;
 use crate::contact::target::TargetFacets;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, BoundsTree, ElementKind, Facet, stretch};
@@ -209,7 +210,7 @@ fn places<const D: usize>(world: &impl CommunicatorCollectives, own: &[Bounds<D>
     clusters.resize(CLUSTERS, Bounds::EMPTY);
     let told: Vec<f64> = clusters.iter().flat_map(|one| one.low.into_iter().chain(one.high)).collect();
     let mut all = vec![0.0; told.len() * world.size() as usize];
-    world.all_gather_into(&told[..], &mut all[..]);
+    world.gather_all(&told[..], &mut all[..]);
     let read = |corners: &[f64]| Bounds {
         low: std::array::from_fn(|k| corners[k]),
         high: std::array::from_fn(|k| corners[D + k]),

@@ -6,9 +6,9 @@
 mod moving;
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
 
 use crate::assembly::{ContactSystem, LocalContact};
+use crate::collective::Collective;
 use crate::contact::history::History;
 use crate::contact::obstacle::{Core, Shape};
 use crate::contact::passage::{Path, lies_between, normal_of};
@@ -60,12 +60,12 @@ pub fn missed_contact<const D: usize>(
     });
     let mut motions: Vec<f64> = motions.collect();
     let own = motions.clone();
-    system.session().world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
+    system.session().world().reduce_all(&own[..], &mut motions[..], SystemOperation::max());
     let found = find(system, ends, &motions)?;
     let counts = found.between.iter().chain(&found.through).copied();
     let own: Vec<u64> = counts.collect();
     let mut all = own.clone();
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
     let (between, through) = all.split_at(system.contacts().len());
     if let Some((contact, facets)) = system.contacts().iter().zip(between).find(|(_, facets)| **facets > 0) {
         return Ok(Some(tell_between(contact, *facets, &system.bodies().units().of("m"))));
@@ -90,7 +90,7 @@ fn expected_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> 
     let prescribed = largest(&moved);
     let own = [largest(&stage.start.v.owned()), largest(&stage.start.a.owned()), prescribed];
     let mut all = [0.0; 3];
-    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::max());
     all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
 }
 

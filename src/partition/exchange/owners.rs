@@ -2,6 +2,7 @@
 
 use mpi::traits::CommunicatorCollectives;
 
+use crate::collective::Collective;
 use crate::partition::IndexMap;
 
 /// First global node of each rank, followed by the total number of nodes.
@@ -13,7 +14,7 @@ impl Owners {
     /// Gathers the first nodes of all ranks. Collective.
     pub fn gather(world: &impl CommunicatorCollectives, index: &IndexMap) -> Self {
         let mut firsts = vec![0; world.size() as usize];
-        world.all_gather_into(&index.first, &mut firsts[..]);
+        world.gather_all(&[index.first], &mut firsts[..]);
         firsts.push(index.total);
         Self { firsts }
     }

@@ -1,5 +1,6 @@
 //! Sends lists to some ranks without prior knowledge of the senders.
 
+use crate::collective::Collective;
 use mpi::datatype::Equivalence;
 use mpi::traits::CommunicatorCollectives;
 
@@ -20,7 +21,7 @@ pub fn sparse_all_to_all<T: Equivalence + Clone + Default>(
     let mut counts = vec![0_i32; world.size() as usize];
     sorted.iter().for_each(|(rank, list)| counts[*rank as usize] += list.len() as i32);
     let mut arriving = vec![0_i32; counts.len()];
-    world.all_to_all_into(&counts[..], &mut arriving[..]);
+    world.exchange_all(&counts[..], &mut arriving[..]);
 
     let peers = |counts: &[i32]| Peers::new((0..).zip(counts.iter().map(|&count| count as usize)));
     let (to, from) = (peers(&counts), peers(&arriving));
