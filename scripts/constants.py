@@ -146,8 +146,11 @@ def build(scratch):
         archive = subprocess.run(["git", "-C", ROOT, "archive", "HEAD"], stdout=subprocess.PIPE, check=True)
         subprocess.run(["tar", "x", "-C", source], input=archive.stdout, check=True)
         (source / "src/tuned.rs").write_text(READER)
-        library = source / "src/lib.rs"
-        library.write_text(library.read_text().replace("\npub mod assembly;", "\nmod tuned;\npub mod assembly;"))
+        for library, before, added in [
+            ("src/serial.rs", "\npub mod case;", "\npub mod tuned;"), ("src/lib.rs", "\npub mod assembly;", "\nuse serial::tuned;")
+        ]:
+            text = (source / library).read_text()
+            (source / library).write_text(text.replace(before, added + before))
         by_file = {}
         for file, name in wanted:
             if (file, name) not in dropped:
@@ -157,7 +160,7 @@ def build(scratch):
             head, *tests = path.read_text().split("#[cfg(test)]\nmod tests")
             path.write_text("#[cfg(test)]\nmod tests".join([patch_file(head, file, names)] + tests))
         check = subprocess.run(
-            ["cargo", "check", "--lib", "--message-format=json"], cwd=source, env=environment, capture_output=True
+            ["cargo", "check", "--workspace", "--lib", "--message-format=json"], cwd=source, env=environment, capture_output=True
         )
         if check.returncode == 0:
             break
@@ -168,7 +171,7 @@ def build(scratch):
                 continue
             text = message["message"] + json.dumps(message["spans"]) + json.dumps(message.get("children"))
             for file, name in wanted:
-                here = any(span["file_name"] == file for span in message["spans"])
+                here = any(span["file_name"].removeprefix("serial/../") == file for span in message["spans"])
                 if f"{{{name}}}" in text or here and re.search(rf"\b{name}\b", text):
                     dropped.add((file, name))
         print(f"{len(dropped)} constants are needed by the compiler", flush=True)

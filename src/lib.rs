@@ -5,12 +5,15 @@
 //!
 //! # Modules in the order of their dependencies
 //!
+//! What knows neither PETSc nor the ranks is compiled as a crate of its own, `serial` (`src/serial.rs`), because it takes
+//! most of the time of a build. Its modules are handed on here, so that paths do not tell the difference.
+//!
 //! A module imports from rows above its own, and from what stands beside it before a semicolon (`tests/layers.rs` reads the
 //! imports and compares).
 //!
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
-//! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`composed`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; functions that are compiled once for all kernels; the terms of (3.5) |
+//! | 0 | [`error`], [`files`], [`collective`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`composed`], [`terms`], [`matrix_format`] | causes and exit codes; files from outside; reductions over ranks; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; functions that are compiled once for all kernels; the terms of (3.5); formats of matrices |
 //! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects, files of its HDF5; checkpoints, from which a run resumes |
 //! | 2 | [`mesh`], `contact::obstacle`; [`material`]; [`presets`]; [`schemes`]; `contact::normal`, `contact::friction`, `contact::damping` | data, named linear solvers and schemes, point laws |
 //! | 3 | [`case`] | what the user writes |
@@ -48,19 +51,17 @@
 //!
 //! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.
 
-pub use kernels::{
-    collective, composed, derivatives, element, error, files, lanes, material, mesh, reader, rounding, space,
-    square, taylor, tensor, terms,
+pub use serial::{
+    case, collective, composed, contact, derivatives, element, error, files, lanes, material, matrix_format,
+    mesh, presets, reader, rounding, schemes, space, square, taylor, tensor, terms,
 };
 
 pub mod accuracy;
 pub mod advice;
 pub mod assembly;
-pub mod case;
 pub mod checkpoint;
 pub mod cli;
 pub mod commands;
-pub mod contact;
 pub mod dynamics;
 pub mod guard;
 pub mod model;
@@ -69,9 +70,7 @@ pub mod output;
 pub mod partition;
 pub mod petsc;
 pub mod plot;
-pub mod presets;
 pub mod report;
-pub mod schemes;
 pub mod simulation;
 pub mod solvers;
 pub mod study;

@@ -357,7 +357,7 @@ impl ErrorController {
         let section = if oscillation::rattles(system) {
             Section::WHOLE
         } else {
-            self.scheme.saturation(stage.dt, span)
+            Section::of(self.scheme, stage.dt, span)
         };
         self.section = Some(section);
         let rate = sizes::mean_size(system, past.smooth_rate(&section)?, self.weight)?;

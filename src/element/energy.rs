@@ -1,25 +1,17 @@
 //! The strain energy of a group, computed in lanes and at the samples of the forces.
 
 use super::batch::Batch;
-use super::compiled::compiled;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
 use super::projection::Dilatation;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, PointEnergy, VolumeLaw};
 
-impl<const D: usize> ElementGroup<D> {
-    /// Strain energy \[J\] (in 2D per metre of depth, in axisymmetry of the whole revolution) of the elements with `mine[element]`.
-    pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
-        compiled().strain_energy(Energy { group: self, u, mine })
-    }
-}
-
 /// The elements and displacements of a sum.
 pub(super) struct Energy<'a, const D: usize> {
-    group: &'a ElementGroup<D>,
-    u: &'a [f64],
-    mine: &'a [bool],
+    pub group: &'a ElementGroup<D>,
+    pub u: &'a [f64],
+    pub mine: &'a [bool],
 }
 
 /// Energy of a group in plane strain, plane stress or axisymmetry.

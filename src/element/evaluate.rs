@@ -1,52 +1,13 @@
 //! Internal force and stiffness of a group, with the kernel selected by its law.
 
-use super::compiled::compiled;
+use super::Inverted;
 use super::general::General;
 use super::group::ElementGroup;
 use super::kinematics::Kinematics;
-use super::linearised_pressure::PressureChange;
 use super::solid::Solid;
 use super::workspace::Job;
-use super::{ElementSink, Inverted, Request};
 use crate::lanes::dispatch;
-use crate::material::{
-    Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Overstress, Part, PlaneStress, PointLaw,
-};
-
-impl<const D: usize> ElementGroup<D> {
-    /// Internal force (and, on request, its derivative) of each element at the nodal displacements
-    /// `u` (`u[node * D + i]`, local nodes, \[m\]).
-    ///
-    /// On one processor the result of an element is bitwise identical in any group.
-    ///
-    /// # Errors
-    /// The first element of the group with `det F <= 0` or NaN at a quadrature point. The sink has
-    /// then received a part of the group, and its content is invalid.
-    pub fn evaluate(&self, u: &[f64], request: Request, sink: &mut dyn ElementSink) -> Result<(), Inverted> {
-        self.evaluate_viscous(u, None, request, sink)
-    }
-
-    /// Like [`evaluate`](Self::evaluate) with the stress of a Prony series, which is added at the
-    /// points of the full rule.
-    ///
-    /// # Errors
-    /// The first inverted element of the group.
-    pub fn evaluate_viscous(
-        &self,
-        u: &[f64],
-        viscous: Option<&Overstress>,
-        request: Request,
-        sink: &mut dyn ElementSink,
-    ) -> Result<(), Inverted> {
-        compiled().evaluate(Job { group: self, u, viscous, request, sink })
-    }
-
-    /// Force of the difference between the pressure linearised at the displacements `earlier` and that at `u`.
-    /// Elements in patches contribute nothing.
-    pub fn pressure_change(&self, u: &[f64], earlier: &[f64], sink: &mut dyn ElementSink) {
-        compiled().pressure_change(PressureChange { group: self, u, earlier, sink });
-    }
-}
+use crate::material::{Hooke, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, Part, PlaneStress, PointLaw};
 
 /// Evaluates a group in plane strain, plane stress or axisymmetry.
 pub(super) fn in_plane(job: Job<'_, 2>) -> Result<(), Inverted> {

@@ -174,6 +174,13 @@ impl<const D: usize> ElementGroup<D> {
         Ok(group)
     }
 
+    /// The group with volume terms at the dilatation projected on `space`, whatever the treatment of locking: to
+    /// examine pairs of displacements and pressures.
+    #[must_use]
+    pub fn with_dilatation_in(self, space: DilatationSpace) -> Self {
+        Self { passes: passes(self.kind, VolumeRule::Projected(space)), ..self }
+    }
+
     /// Kind of the elements.
     pub fn kind(&self) -> ElementKind {
         self.kind
@@ -256,7 +263,7 @@ fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
 
 /// One pass with all terms, or one with the shear terms and, if the elements have volume terms of their own,
 /// one with these.
-pub(super) fn passes(kind: ElementKind, rule: VolumeRule) -> Vec<Pass> {
+fn passes(kind: ElementKind, rule: VolumeRule) -> Vec<Pass> {
     let full = reference(kind).full_rule();
     let second = match rule {
         VolumeRule::Full => return vec![Pass::new(kind, full, Part::Whole)],

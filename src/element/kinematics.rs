@@ -154,8 +154,16 @@ impl Locking {
         }
     }
 
+    /// The space of the dilatation of elements of `kind`; `None` if it is not projected.
+    pub fn dilatation_space(self, kind: ElementKind) -> Option<DilatationSpace> {
+        match self.volume_rule(kind) {
+            Ok(VolumeRule::Projected(space)) => Some(space),
+            _ => None,
+        }
+    }
+
     /// Whether elements of `kind` share a pressure with others of a patch.
-    pub(super) fn shares_pressure(self, kind: ElementKind) -> bool {
+    pub fn shares_pressure(self, kind: ElementKind) -> bool {
         matches!(self.volume_rule(kind), Ok(VolumeRule::Patches))
     }
 
@@ -172,7 +180,7 @@ pub fn locks(moduli: &Moduli<f64>) -> bool {
 
 /// Functions per element on which the dilatation is projected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum DilatationSpace {
+pub enum DilatationSpace {
     /// The constants.
     Constant,
     /// The linear functions of the reference position.
@@ -233,7 +241,7 @@ pub(super) fn reference_map<T: Real, const D: usize>(jacobian: &Square<T, D>) ->
 
 /// Reference gradients `dN_a/dX` [1/m] into `gradients`, and `det(dX/dxi)` [m^D], from node
 /// positions and `dn[a * D + k]`.
-pub(super) fn reference_gradients<const D: usize>(
+pub fn reference_gradients<const D: usize>(
     points: &[[f64; D]],
     dn: &[f64],
     gradients: &mut [[f64; D]],

@@ -22,13 +22,11 @@ mod solid;
 mod step;
 mod stress;
 mod tangent;
-#[cfg(test)]
-mod tests;
 mod viscous;
 mod workspace;
 
 pub use group::{ElementGroup, Formulation};
-pub use kinematics::{Kinematics, LOCKS, Locking, locks};
+pub use kinematics::{DilatationSpace, Kinematics, LOCKS, Locking, locks, reference_gradients};
 pub use loads::{Configuration, LoadedLine, LoadedSurface};
 pub use patches::PatchGroup;
 pub use stress::{Cauchy, CauchyState, ElementStress};

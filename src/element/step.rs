@@ -7,9 +7,7 @@
 //! quadrature are conserved separately.
 
 use super::batch::{Batch, Sample, check};
-use super::compiled::compiled;
 use super::group::{ElementGroup, Pass, Sampling};
-use super::kinematics::Kinematics;
 use super::projection::Dilatation;
 use super::tangent::Wanted;
 use super::{ElementSink, Inverted, Request};
@@ -26,27 +24,6 @@ pub(super) struct StepJob<'a, const D: usize> {
     pub u: [&'a [f64]; 2],
     pub request: Request<'a>,
     pub sink: &'a mut dyn ElementSink,
-}
-
-impl<const D: usize> ElementGroup<D> {
-    /// Like [`evaluate`](Self::evaluate) at the displacements `middle`, but with forces whose work
-    /// over the step from `start` to `2 middle - start` equals the change of the strain energy. In
-    /// linear kinematics the two are identical.
-    ///
-    /// # Errors
-    /// The first element of the group that is inverted at the end of the step.
-    pub fn evaluate_step(
-        &self,
-        start: &[f64],
-        middle: &[f64],
-        request: Request,
-        sink: &mut dyn ElementSink,
-    ) -> Result<(), Inverted> {
-        if self.formulation.kinematics == Kinematics::Linear {
-            return self.evaluate(middle, request, sink);
-        }
-        compiled().evaluate_step(StepJob { group: self, u: [start, middle], request, sink })
-    }
 }
 
 /// Evaluates a group in plane strain or plane stress over a step.

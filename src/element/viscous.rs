@@ -5,7 +5,6 @@
 //! each branch. In plane strain the components `yz` and `xz` are left out.
 
 use super::batch::Batch;
-use super::compiled::compiled;
 use super::group::{ElementGroup, Formulation};
 use super::kinematics::Kinematics;
 use crate::lanes::{Lane, LaneTask, Pack, Real, WIDTH, dispatch};
@@ -201,34 +200,6 @@ impl<const D: usize> ElementGroup<D> {
     pub fn points_of_batches(&self) -> usize {
         self.elements.len().div_ceil(WIDTH) * self.full_points()
     }
-
-    /// Isochoric stress of the law at all points of the full rule \[Pa\], in the order of
-    /// [`Overstress`].
-    pub fn isochoric_stress(&self, u: &[f64]) -> Vec<Pack> {
-        let mut out = Vec::with_capacity(self.points_of_batches() * components(D));
-        compiled().isochoric_stress(Stresses { group: self, u, out: &mut out });
-        out
-    }
-
-    /// Isochoric energy of the law \[J\] (in 2D per metre of depth) of the elements with
-    /// `mine[element]`.
-    pub fn isochoric_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
-        compiled().isochoric_energy(IsochoricEnergy { group: self, u, mine })
-    }
-
-    /// Energies of the branches in a step of length `elapsed` \[s\] from the displacements `u[0]` to
-    /// `u[1]` that began with this history, of the elements with `mine[element]`.
-    pub fn viscous_energies(
-        &self,
-        series: &PronySeries,
-        history: &ViscousHistory,
-        elapsed: f64,
-        u: [&[f64]; 2],
-        mine: &[bool],
-    ) -> ViscousEnergies {
-        let mu = self.formulation.moduli().mu;
-        compiled().branch_energies(BranchEnergies { group: self, series, history, elapsed, u, mine, mu })
-    }
 }
 
 /// Does a task with the isochoric part of the law of its group.
@@ -300,9 +271,9 @@ macro_rules! for_every_sample {
 }
 
 pub(super) struct Stresses<'a, const D: usize> {
-    group: &'a ElementGroup<D>,
-    u: &'a [f64],
-    out: &'a mut Vec<Pack>,
+    pub group: &'a ElementGroup<D>,
+    pub u: &'a [f64],
+    pub out: &'a mut Vec<Pack>,
 }
 
 impl<const D: usize> DeviatorTask for Stresses<'_, D> {
@@ -332,9 +303,9 @@ impl<const D: usize> DeviatorTask for Stresses<'_, D> {
 }
 
 pub(super) struct IsochoricEnergy<'a, const D: usize> {
-    group: &'a ElementGroup<D>,
-    u: &'a [f64],
-    mine: &'a [bool],
+    pub group: &'a ElementGroup<D>,
+    pub u: &'a [f64],
+    pub mine: &'a [bool],
 }
 
 impl<const D: usize> DeviatorTask for IsochoricEnergy<'_, D> {
@@ -374,14 +345,14 @@ fn own_sum<L: Lane, const D: usize>(group: &ElementGroup<D>, batch: usize, sum: 
 }
 
 pub(super) struct BranchEnergies<'a, const D: usize> {
-    group: &'a ElementGroup<D>,
-    series: &'a PronySeries,
-    history: &'a ViscousHistory,
-    elapsed: f64,
-    u: [&'a [f64]; 2],
-    mine: &'a [bool],
+    pub group: &'a ElementGroup<D>,
+    pub series: &'a PronySeries,
+    pub history: &'a ViscousHistory,
+    pub elapsed: f64,
+    pub u: [&'a [f64]; 2],
+    pub mine: &'a [bool],
     /// Shear modulus of the law at small strain \[Pa\].
-    mu: f64,
+    pub mu: f64,
 }
 
 impl<const D: usize> DeviatorTask for BranchEnergies<'_, D> {

@@ -10,6 +10,7 @@
 mod avx2;
 pub mod isochoric;
 
+use std::cell::Cell;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::rounding;
@@ -494,10 +495,23 @@ impl LaneKind {
 /// Runs `task` on the fastest lanes of this processor.
 pub fn dispatch<K: LaneTask>(task: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
-    if let Some(v3) = pulp::x86::V3::try_new().filter(|_| rounding::vectors()) {
+    if let Some(v3) = pulp::x86::V3::try_new().filter(|_| rounding::vectors() && !PORTABLE.get()) {
         return avx2::run(v3, task);
     }
     dispatch_portable(task)
+}
+
+thread_local! {
+    /// Whether this thread uses portable lanes only.
+    static PORTABLE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does `work`, in which all tasks of this thread run on plain arrays: to compare both kinds of lanes.
+pub fn on_portable_lanes<T>(work: impl FnOnce() -> T) -> T {
+    let before = PORTABLE.replace(true);
+    let done = work();
+    PORTABLE.set(before);
+    done
 }
 
 /// Runs `task` on plain arrays; the fallback of [`dispatch`].

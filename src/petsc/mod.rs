@@ -30,6 +30,7 @@ mod values;
 mod vector;
 mod versions;
 
+pub use crate::matrix_format::Format;
 pub use census::{Census, Kind, census};
 pub use events::{Event, Running};
 pub use hdf5::{Hdf5File, NumberType, Rows, Width, require_hdf5};
@@ -45,7 +46,6 @@ pub use scatter::{BlockReader, BlockValues, NO_SLOT};
 pub use sends::Sends;
 pub use session::Session;
 pub use shell::ShellOperator;
-pub use storage::Format;
 pub use submatrix::SubMatrix;
 pub use threads::blas_threads;
 pub use usage::{began_ignoring_hangup, memory, peak_memory};

@@ -6,8 +6,8 @@
 //! block are one stride apart. BAIJ stores whole blocks, column-major.
 
 use super::pattern::BlockPattern;
-use super::storage::Format;
 use crate::error::{Error, Result};
+use crate::matrix_format::Format;
 
 /// Marks a block that this rank does not own. Adding to it does nothing.
 pub const NO_SLOT: u32 = u32::MAX;

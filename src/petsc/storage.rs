@@ -3,20 +3,10 @@
 use super::call::petsc;
 use super::pattern::BlockPattern;
 use crate::error::Result;
+use crate::matrix_format::Format;
 use petsc_sys as sys;
 use std::ffi::CStr;
 use std::ptr::null_mut;
-
-/// Storage format of the values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Format {
-    /// Scalar rows. Every preconditioner works, including algebraic multigrid.
-    Aij,
-    /// Blocks. Products and ILU take about half the time. Multigrid and MUMPS's Cholesky do not
-    /// support it, and ICC of PETSc 3.18 crashes on a rank without rows. ILU(0), which is symmetric
-    /// for a symmetric matrix, replaces ICC.
-    Baij,
-}
 
 /// The value array of one part, returned to PETSc when dropped.
 pub(super) struct PartArray {

@@ -7,7 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::petsc::Format;
+use crate::matrix_format::Format;
 use crate::reader::tagged::tagged;
 
 pub use filtered_amg::Passes;

@@ -3,7 +3,7 @@
 //!
 //! The file says what a case writes, which values are valid, and which method with which
 //! coefficients results. The table feeds the reading of cases, the schema, `contact-petsc list`,
-//! hints and tests. [`crate::time`] advances a stage by the method.
+//! hints and tests. `time` advances a stage by the method.
 
 use crate::reader::findings::Findings;
 use crate::reader::laws::laws;
@@ -50,6 +50,40 @@ impl Scheme {
     /// Whether there is no inertia.
     pub fn is_static(&self) -> bool {
         self.method() == Method::Static
+    }
+}
+
+impl Method {
+    /// Whether the scheme has inertia.
+    pub fn has_inertia(self) -> bool {
+        self != Self::Static
+    }
+
+    /// Whether the forces are balanced at the midpoint of the step.
+    pub fn is_midpoint(self) -> bool {
+        matches!(self, Self::Midpoint | Self::Conserving)
+    }
+
+    /// Factors of `dt^2 u''` and `dt^3 u'''` in the error of a step. `None` in statics.
+    pub fn local_error(self) -> Option<[f64; 2]> {
+        match self {
+            Self::Newmark { beta, gamma, alpha_m, alpha_f } => {
+                let lag = alpha_f - alpha_m;
+                let turn = (0.5 * (beta - lag * alpha_f - 1.0 / 12.0)).abs().max(1.0 / 48.0);
+                Some([0.5 * (gamma - 0.5 - lag).abs(), turn])
+            }
+            Self::Midpoint | Self::Conserving => Some([0.0, 1.0 / 12.0]),
+            Self::BackwardEuler => Some([0.5, 0.0]),
+            Self::Static => None,
+        }
+    }
+
+    /// Order of the scheme.
+    pub fn order(self) -> f64 {
+        match self.local_error() {
+            Some([damping, _]) if damping < 1e-9 => 2.0,
+            _ => 1.0,
+        }
     }
 }
 

@@ -41,7 +41,7 @@ use crate::observe::energy::EnergyLedger;
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy, Trouble, first_guess};
-use crate::time::{Retry, Scheme, StepControl};
+use crate::time::{Integrate, Retry, Scheme, StepControl};
 
 pub use begin::Begin;
 pub use check::check;

@@ -17,7 +17,7 @@ use crate::solvers::{
     LinearChoice, LinearSolver, Monolithic, Outcome, Problem, SolveReport, Strategy, Trouble, first_guess,
 };
 use crate::terms::Terms;
-use crate::time::Scheme;
+use crate::time::{Integrate, Scheme};
 
 /// Residual over the largest force at which an intermediate load increment of the static start is
 /// accepted.

@@ -8,8 +8,6 @@
 //! weight modes that the step does not resolve by `(omega dt)^2`, and these modes dominate the
 //! estimate after an impact.
 
-use super::scheme::Scheme;
-
 /// Number of fields in the weighted sum of an estimate.
 ///
 /// In order: displacements two steps ago, one step ago, at the start and at the end of the step;
@@ -18,30 +16,6 @@ pub const FIELDS: usize = 6;
 
 /// Times of the displacements: two steps ago, one step ago, start and end \[s\].
 pub type Instants = [f64; 4];
-
-impl Scheme {
-    /// Factors of `dt^2 u''` and `dt^3 u'''` in the error of a step. `None` in statics.
-    pub fn local_error(self) -> Option<[f64; 2]> {
-        match self {
-            Self::Newmark { beta, gamma, alpha_m, alpha_f } => {
-                let lag = alpha_f - alpha_m;
-                let turn = (0.5 * (beta - lag * alpha_f - 1.0 / 12.0)).abs().max(1.0 / 48.0);
-                Some([0.5 * (gamma - 0.5 - lag).abs(), turn])
-            }
-            Self::Midpoint | Self::Conserving => Some([0.0, 1.0 / 12.0]),
-            Self::BackwardEuler => Some([0.5, 0.0]),
-            Self::Static => None,
-        }
-    }
-
-    /// Order of the scheme.
-    pub fn order(self) -> f64 {
-        match self.local_error() {
-            Some([damping, _]) if damping < 1e-9 => 2.0,
-            _ => 1.0,
-        }
-    }
-}
 
 /// Weights of the [`FIELDS`] in the error of a step. `known` (0 to 2) is the number of
 /// displacements before its start that belong to the same smooth motion.
@@ -86,6 +60,7 @@ fn differences(t: &Instants, fields: &[f64; FIELDS], known: usize) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::scheme::{Integrate, Scheme};
     use super::*;
 
     /// Integrates an oscillator `u'' = -omega^2 u` with varying steps of the scheme. Returns the

@@ -16,5 +16,5 @@ pub use adaptive::{Adaptive, Judgement};
 pub use budget::Budget;
 pub use halving::Halving;
 pub use retry::Retry;
-pub use scheme::Scheme;
+pub use scheme::{Integrate, Scheme};
 pub use step_control::StepControl;

@@ -29,25 +29,23 @@ pub struct Section {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Passed([f64; SECTIONS]);
 
-impl Scheme {
+impl Section {
     /// Returns the filter for a step of `dt`, where `span` is the time in which modes can lose
     /// their phase \[s\].
-    pub fn saturation(self, dt: f64, span: f64) -> Section {
+    pub fn of(scheme: Scheme, dt: f64, span: f64) -> Self {
         /// Number of times that a lost mode counts.
         ///
         /// Two motions of equal size and arbitrary phases differ by the square root of two times
         /// that size. By measurement, six times this value keeps the sum above the true error where
         /// sections overlap.
         const LOST: f64 = 6.0 * std::f64::consts::SQRT_2;
-        let [damping, turn] = self.local_error().unwrap_or_default();
+        let [damping, turn] = scheme.local_error().unwrap_or_default();
         let damped = (LOST / (damping * dt * span)).sqrt();
         let turned = (LOST / (turn * dt * dt * span)).cbrt();
         let gain = -(-damped.min(turned) * dt).exp_m1();
-        Section { gain, count: if damped < turned { 2 } else { SECTIONS } }
+        Self { gain, count: if damped < turned { 2 } else { SECTIONS } }
     }
-}
 
-impl Section {
     /// A section that passes its input unchanged.
     pub const WHOLE: Self = Self { gain: 1.0, count: SECTIONS };
 
@@ -108,7 +106,7 @@ mod tests {
         let scheme = Scheme::Midpoint;
         let span = 1.0;
         let dt = 1e-5;
-        let section = scheme.saturation(dt, span);
+        let section = Section::of(scheme, dt, span);
         let rate = |w: f64| w.powi(3) * dt * dt / 12.0;
         assert_eq!(section.count, 3);
         assert!((passed(&section, 100.0, dt, 40_000) - 1.0).abs() < 1e-2);
@@ -117,7 +115,7 @@ mod tests {
             let counted = rate(w) * span * passed(&section, w, dt, 40_000);
             assert!((7.0..10.0).contains(&counted), "{w}: {counted}");
         }
-        let section = Scheme::BackwardEuler.saturation(dt, span);
+        let section = Section::of(Scheme::BackwardEuler, dt, span);
         assert_eq!(section.count, 2);
         let counted = 0.5 * 2e4f64.powi(2) * dt * span * passed(&section, 2e4, dt, 40_000);
         assert!((7.0..10.0).contains(&counted), "{counted}");
@@ -126,7 +124,7 @@ mod tests {
     /// A constant passes gradually, by the fraction that [`Passed`] gives.
     #[test]
     fn constants_pass() {
-        let section = Scheme::Midpoint.saturation(1e-2, 1.0);
+        let section = Section::of(Scheme::Midpoint, 1e-2, 1.0);
         let mut passed = Passed::default();
         let mut states = [0.0; SECTIONS];
         for _ in 0..7 {

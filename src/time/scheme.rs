@@ -6,14 +6,40 @@ use crate::error::Result;
 
 pub use crate::schemes::Method as Scheme;
 
-impl Scheme {
-    /// Whether the scheme has inertia.
-    pub fn has_inertia(self) -> bool {
-        self != Self::Static
-    }
-
+/// What a scheme does with a stage.
+pub trait Integrate: Copy {
     /// `dv/du` and `da/du` for a step `dt` \[s\].
-    pub fn shifts(self, dt: f64) -> Shifts {
+    fn shifts(self, dt: f64) -> Shifts;
+
+    /// Weights of inertia and forces in the balance.
+    fn balance(self) -> Balance;
+
+    /// Prepares a step from `stage.start` to the time `end` \[s\]. Sets shifts and bases, and takes
+    /// the start displacement as initial guess.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    fn prepare(self, stage: &mut Stage, dt: f64, end: f64) -> Result<()>;
+
+    /// Moves the initial guess along the velocity at the start, to `u_start + dt v_start`.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    fn extrapolate(self, stage: &mut Stage) -> Result<()>;
+
+    /// Advances a trial state from the midpoint of the step to its end: `u` and `v` linearly, `a`
+    /// as at the midpoint.
+    ///
+    /// Returns `true` if the trial state was at the midpoint. The system then has to update
+    /// prescribed values and forces.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    fn finish(self, stage: &mut Stage, end: f64) -> Result<bool>;
+}
+
+impl Integrate for Scheme {
+    fn shifts(self, dt: f64) -> Shifts {
         match self {
             Self::Newmark { beta, gamma, .. } => {
                 Shifts { velocity: gamma / (beta * dt), acceleration: 1.0 / (beta * dt * dt) }
@@ -24,8 +50,7 @@ impl Scheme {
         }
     }
 
-    /// Weights of inertia and forces in the balance.
-    pub fn balance(self) -> Balance {
+    fn balance(self) -> Balance {
         match self {
             Self::Newmark { alpha_m, alpha_f, .. } => {
                 let end = 1.0 - alpha_f;
@@ -35,32 +60,18 @@ impl Scheme {
         }
     }
 
-    /// Whether the forces are balanced at the midpoint of the step.
-    pub fn is_midpoint(self) -> bool {
-        matches!(self, Self::Midpoint | Self::Conserving)
-    }
-
-    /// Prepares a step from `stage.start` to the time `end` \[s\]. Sets shifts and bases, and takes
-    /// the start displacement as initial guess.
-    ///
-    /// # Errors
-    /// If a PETSc call fails.
-    pub fn prepare(self, stage: &mut Stage, dt: f64, end: f64) -> Result<()> {
+    fn prepare(self, stage: &mut Stage, dt: f64, end: f64) -> Result<()> {
         stage.dt = dt;
         stage.shifts = self.shifts(dt);
         stage.balance = self.balance();
         stage.inertia = self.has_inertia();
         stage.over_step = if self == Self::Conserving { OverStep::Middle } else { OverStep::No };
         stage.trial.time = if self.is_midpoint() { 0.5 * (stage.start.time + end) } else { end };
-        self.bases(stage)?;
+        bases(self, stage)?;
         stage.trial.u.copy_from(&stage.start.u)
     }
 
-    /// Moves the initial guess along the velocity at the start, to `u_start + dt v_start`.
-    ///
-    /// # Errors
-    /// If a PETSc call fails.
-    pub fn extrapolate(self, stage: &mut Stage) -> Result<()> {
+    fn extrapolate(self, stage: &mut Stage) -> Result<()> {
         match self {
             Self::Static => Ok(()),
             Self::Midpoint | Self::Conserving => stage.trial.u.axpy(0.5 * stage.dt, &stage.start.v),
@@ -68,15 +79,7 @@ impl Scheme {
         }
     }
 
-    /// Advances a trial state from the midpoint of the step to its end: `u` and `v` linearly, `a`
-    /// as at the midpoint.
-    ///
-    /// Returns `true` if the trial state was at the midpoint. The system then has to update
-    /// prescribed values and forces.
-    ///
-    /// # Errors
-    /// If a PETSc call fails.
-    pub fn finish(self, stage: &mut Stage, end: f64) -> Result<bool> {
+    fn finish(self, stage: &mut Stage, end: f64) -> Result<bool> {
         if !self.is_midpoint() {
             return Ok(false);
         }
@@ -88,31 +91,31 @@ impl Scheme {
         }
         Ok(true)
     }
+}
 
-    /// Computes `v` and `a` at the end of the step for an unchanged displacement.
-    fn bases(self, stage: &mut Stage) -> Result<()> {
-        let dt = stage.dt;
-        if self == Self::Static {
-            stage.velocity_base.set(0.0);
-            stage.acceleration_base.set(0.0);
-            return Ok(());
-        }
-        let (v, a) = (stage.start.v.owned(), stage.start.a.owned());
-        let mut v_base = stage.velocity_base.owned_mut();
-        let mut a_base = stage.acceleration_base.owned_mut();
-        for i in 0..v.len() {
-            (v_base[i], a_base[i]) = match self {
-                Self::Newmark { beta, gamma, .. } => {
-                    let base = -v[i] / (beta * dt) - (0.5 / beta - 1.0) * a[i];
-                    (v[i] + dt * ((1.0 - gamma) * a[i] + gamma * base), base)
-                }
-                Self::BackwardEuler => (0.0, -v[i] / dt),
-                Self::Midpoint | Self::Conserving => (0.0, -2.0 * v[i] / dt),
-                Self::Static => (0.0, 0.0),
-            };
-        }
-        Ok(())
+/// Computes `v` and `a` at the end of the step for an unchanged displacement.
+fn bases(scheme: Scheme, stage: &mut Stage) -> Result<()> {
+    let dt = stage.dt;
+    if scheme == Scheme::Static {
+        stage.velocity_base.set(0.0);
+        stage.acceleration_base.set(0.0);
+        return Ok(());
     }
+    let (v, a) = (stage.start.v.owned(), stage.start.a.owned());
+    let mut v_base = stage.velocity_base.owned_mut();
+    let mut a_base = stage.acceleration_base.owned_mut();
+    for i in 0..v.len() {
+        (v_base[i], a_base[i]) = match scheme {
+            Scheme::Newmark { beta, gamma, .. } => {
+                let base = -v[i] / (beta * dt) - (0.5 / beta - 1.0) * a[i];
+                (v[i] + dt * ((1.0 - gamma) * a[i] + gamma * base), base)
+            }
+            Scheme::BackwardEuler => (0.0, -v[i] / dt),
+            Scheme::Midpoint | Scheme::Conserving => (0.0, -2.0 * v[i] / dt),
+            Scheme::Static => (0.0, 0.0),
+        };
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Tet10, Tri6};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::solvers::{LinearChoice, Outcome};
 use contact_petsc::tensor::Vector;
-use contact_petsc::time::Scheme;
+use contact_petsc::time::{Integrate, Scheme};
 
 use super::march::{Results, run};
 use super::scene::{DENSITY, POISSON, Scene, Solid, YOUNG, function};

@@ -13,7 +13,7 @@ use contact_petsc::partition::{Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::solvers::{FreeMotions, LinearChoice, Outcome};
 use contact_petsc::terms::Terms;
-use contact_petsc::time::Scheme;
+use contact_petsc::time::{Integrate, Scheme};
 
 use super::scene::Scene;
 

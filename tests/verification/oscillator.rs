@@ -14,7 +14,7 @@ use contact_petsc::solvers::{
     Cycle, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem,
 };
 use contact_petsc::terms::Terms;
-use contact_petsc::time::Scheme;
+use contact_petsc::time::{Integrate, Scheme};
 
 /// Duffing's oscillator `u'' + u + u^3 = 0` in each of two directions, of mass 1 kg.
 struct Duffing {

@@ -18,7 +18,7 @@ use contact_petsc::solvers::{
 use contact_petsc::space::reference;
 use contact_petsc::tensor::{Tensor, Vector, det_minus_one};
 use contact_petsc::terms::Terms;
-use contact_petsc::time::Scheme;
+use contact_petsc::time::{Integrate, Scheme};
 use mpi::collective::SystemOperation;
 
 /// The properties of a body.

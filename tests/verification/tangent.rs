@@ -6,7 +6,7 @@ use std::rc::Rc;
 use contact_petsc::dynamics::{Equations, Lift};
 use contact_petsc::petsc::{Format, Operator, Session, Symmetry, Vector as Distributed};
 use contact_petsc::terms::Terms;
-use contact_petsc::time::Scheme;
+use contact_petsc::time::{Integrate, Scheme};
 
 use super::cases::{Case, plane_cases, solid_cases};
 use super::scene::Scene;

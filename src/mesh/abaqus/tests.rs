@@ -284,7 +284,8 @@ fn converted<const D: usize>(mesh: &Mesh<D>) -> String {
 }
 
 fn check_conversion<const D: usize>(kind: &str) {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("tests/fixtures/gmsh/{kind}-22a.msh"));
+    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+        .join(format!("tests/fixtures/gmsh/{kind}-22a.msh"));
     let mesh: Mesh<D> = gmsh::read(&path, None).unwrap();
     let again: Mesh<D> = parse(converted(&mesh).as_bytes(), None).unwrap();
     assert_eq!(again, mesh, "{kind}");

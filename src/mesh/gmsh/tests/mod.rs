@@ -13,7 +13,9 @@ const PLANE: [&str; 5] = ["tri3", "quad4", "tri6", "quad8", "quad9"];
 const SOLID: [&str; 5] = ["tet4", "hex8", "tet10", "hex20", "hex27"];
 
 fn fixture(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/gmsh").join(format!("{name}.msh"))
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+        .join("tests/fixtures/gmsh")
+        .join(format!("{name}.msh"))
 }
 
 fn bytes(kind: &str, format: &str) -> Vec<u8> {

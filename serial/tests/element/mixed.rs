@@ -1,10 +1,8 @@
 //! Elements with a projected dilatation near incompressibility: inf-sup constants, order of convergence,
 //! and pressures.
 
-use super::super::group::passes;
-use super::super::kinematics::{DilatationSpace, VolumeRule};
 use super::*;
-use crate::space::reference;
+use serial::space::reference;
 
 /// A unit box whose inner nodes are moved by up to `size` cells. Edges stay straight.
 fn jittered<const D: usize>(kind: ElementKind, cells: u32, size: f64) -> Mesh<D> {
@@ -63,9 +61,8 @@ fn inf_sup<const D: usize>(mesh: &Mesh<D>, pressures: Pressures) -> (f64, usize)
         let of = formulation(material, Kinematics::Linear, Locking::PatchDilatation);
         match pressures {
             Pressures::In(space) => {
-                let mut solid = with_patches(mesh, of, |_, _| Vec::new());
-                solid.group.passes = passes(solid.kind(), VolumeRule::Projected(space));
-                solid
+                let solid = with_patches(mesh, of, |_, _| Vec::new());
+                Solid { group: solid.group.with_dilatation_in(space), ..solid }
             }
             Pressures::OnPatches => group(mesh, of),
             Pressures::OnPatchesOf(number) => {
@@ -161,7 +158,7 @@ fn errors<const D: usize>(mesh: &Mesh<D>, kind: ElementKind, locking: Locking) -
         let points: Vec<[f64; D]> = nodes.iter().map(|&node| mesh.points[node as usize]).collect();
         for q in 0..table.points {
             let dn = &table.dn[q * n * D..(q + 1) * n * D];
-            let det = super::super::kinematics::reference_gradients(&points, dn, &mut gradients);
+            let det = reference_gradients(&points, dn, &mut gradients);
             let shapes = &table.n[q * n..(q + 1) * n];
             let place = std::array::from_fn(|i| points.iter().zip(shapes).map(|(p, n)| p[i] * n).sum());
             quadrature.push((element, q, place, table.weights[q] * det));
@@ -236,7 +233,7 @@ fn stable_pairs_pass_the_inf_sup_test() {
         (ElementKind::Quad9, Linear),
         (ElementKind::Hex27, Linear),
     ] {
-        assert_eq!(Locking::MeanDilatation.volume_rule(kind).unwrap(), VolumeRule::Projected(space));
+        assert_eq!(Locking::MeanDilatation.dilatation_space(kind), Some(space));
         for size in [0.0, 0.2] {
             let (constants, spurious) = three_constants(kind, Pressures::In(space), size);
             println!("{kind} {space:?}, nodes moved by {size}: {constants:.3?}, {spurious} spurious modes");

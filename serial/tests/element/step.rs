@@ -1,9 +1,7 @@
 //! Forces over a step: their work, their tangent, their moment.
 
-use super::super::step::{Step, StepJob};
 use super::*;
-use crate::lanes::dispatch_portable;
-use crate::material::{LawPart, Parameters};
+use serial::lanes::on_portable_lanes;
 
 struct Motion {
     start: Vec<f64>,
@@ -106,10 +104,7 @@ fn lanes_agree_over_a_step() {
     let group = group(&mesh, formulation(neo_hookean(), Kinematics::Finite, Locking::SelectiveReduced));
     let (mut fast, mut plain) = (Rows::default(), Rows::default());
     group.evaluate_step(&start, &middle, Request::TANGENT, &mut fast).unwrap();
-    let job = StepJob { group: &group, u: [&start, &middle], request: Request::TANGENT, sink: &mut plain };
-    let Material::NeoHookean(law) = neo_hookean() else { unreachable!() };
-    let parts = group.parts(|part| Box::new(LawPart::<NeoHookean>(law.constants(part))));
-    dispatch_portable(Step::new(job, parts)).unwrap();
+    on_portable_lanes(|| group.evaluate_step(&start, &middle, Request::TANGENT, &mut plain)).unwrap();
     let largest = fast.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     assert!(fast.0.iter().zip(&plain.0).all(|(a, b)| (a - b).abs() < 1e-13 * largest));
     let squeezed: Vec<f64> = mesh.points.iter().flat_map(|p| [-0.6 * p[0], 0.0, 0.0]).collect();

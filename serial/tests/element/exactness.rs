@@ -1,7 +1,7 @@
 //! States with a known solution.
 
 use super::*;
-use crate::material::{Law, LawTask, PlaneStress, PointEnergy};
+use serial::material::{Law, LawTask, PlaneStress, PointEnergy};
 
 fn rotation<const D: usize>(mesh: &Mesh<D>) -> Vec<f64> {
     let mut turn = [[0.0; D]; D];

@@ -1,9 +1,8 @@
 //! Viscous branches: derivatives over all elements, laws and treatments of locking, and the history.
 
-use super::super::viscous::components;
 use super::*;
-use crate::lanes::WIDTH;
-use crate::material::{GivenModuli, Overstress, PronySeries};
+use serial::lanes::WIDTH;
+use serial::material::{GivenModuli, Overstress, PronySeries};
 
 fn series() -> PronySeries {
     PronySeries::new(&[(0.3, 0.1), (0.2, 2.0)], GivenModuli::Instantaneous)

@@ -1,12 +1,9 @@
 //! Comparison of lane types, inverted elements, and invalid groups.
 
-use super::super::general::General;
-use super::super::solid::Solid;
-use super::super::workspace::Job;
 use super::*;
-use crate::lanes::dispatch_portable;
-use crate::material::{Gent, IsotropicLaw, Law, LawPart, LawTask, MetricLaw, PlaneStress};
-use crate::reader::quantity::{Number, Pressure};
+use serial::lanes::on_portable_lanes;
+use serial::material::Gent;
+use serial::reader::quantity::{Number, Pressure};
 
 fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     let u = random(mesh, 0.02, 24);
@@ -25,7 +22,7 @@ fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
             let alone = ElementGroup::new(mesh, vec![index as u32], formulation).unwrap();
             assert!(collect(&alone, &u)[0] == together[index], "{kind}: lanes see each other");
         }
-        for (plain, fast) in collect_portable(&whole, &u).iter().zip(&together) {
+        for (plain, fast) in on_portable_lanes(|| collect(&whole, &u)).iter().zip(&together) {
             let largest = fast.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             let apart = plain.iter().zip(fast).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
             assert!(apart < 1e-14 * largest, "{kind} {formulation:?}: {apart}");
@@ -46,40 +43,6 @@ impl ElementSink for Rows {
 fn collect<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> {
     let mut rows = Rows::default();
     group.evaluate(u, Request::TANGENT, &mut rows).unwrap();
-    rows.0
-}
-
-/// Selects the kernel for the law of a group, on portable lanes.
-struct EvaluatePortable<'a, const D: usize>(Job<'a, D>);
-
-impl<const D: usize> LawTask for EvaluatePortable<'_, D> {
-    type Output = std::result::Result<(), Inverted>;
-    fn run<P: Law>(self, law: &P) -> Self::Output {
-        dispatch_portable(General::<_, D, false>::new(self.0, |part| {
-            Box::new(LawPart::<P>(law.constants(part)))
-        }))
-    }
-    fn run_isotropic<P: IsotropicLaw>(self, law: &P) -> Self::Output {
-        dispatch_portable(General::<_, D, false>::new(self.0, |part| law.energy_of_part(part)))
-    }
-    fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
-        dispatch_portable(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
-    }
-}
-
-fn collect_portable<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> {
-    let mut rows = Rows::default();
-    let job = Job { group, u, viscous: None, request: Request::TANGENT, sink: &mut rows };
-    let formulation = group.formulation();
-    match formulation.kinematics {
-        Kinematics::Linear => dispatch_portable(Solid::<Hooke, D>::new(job, formulation.own_moduli())),
-        Kinematics::Finite if formulation.plane == PlaneState::Stress => {
-            let law = PlaneStress::new(&formulation.material);
-            dispatch_portable(General::<_, D, false>::of_one(job, Box::new(law)))
-        }
-        Kinematics::Finite => formulation.material.accept(EvaluatePortable(job)),
-    }
-    .unwrap();
     rows.0
 }
 

@@ -11,13 +11,17 @@ mod mixed;
 mod step;
 mod viscous;
 
-use super::*;
-use crate::material::{Hooke, MATERIALS, Material, Moduli, NeoHookean, Part, Potential};
-use crate::mesh::{
+use nalgebra::{DMatrix, DVector};
+use serial::element::{
+    Cauchy, Configuration, DilatationSpace, ElementGroup, ElementSink, ElementStress, Formulation,
+    Kinematics, LoadedSurface, Locking, PatchGroup, Request, ViscousHistory, components, reference_gradients,
+};
+use serial::material::{Hooke, MATERIALS, Material, Moduli, Part, Potential};
+use serial::mesh::{
     BoxShape, ElementKind, ElementPatch, Facet, Mesh, PlaneState, element_patches, patches_with,
 };
-use crate::taylor::{scatter, taylor_rate};
-use nalgebra::{DMatrix, DVector};
+use serial::taylor::{scatter, taylor_rate};
+use serial::terms::Terms;
 use std::collections::BTreeMap;
 
 const MODULI: Moduli<f64> = Moduli { lambda: 1.7, mu: 0.6 };

@@ -1,0 +1,27 @@
+//! What knows neither PETSc nor the ranks: the case file and its reader, meshes, laws, and the kernels of
+//! elements and contact.
+//!
+//! Its modules are on the map of the crate `contact_petsc`, which hands them on. They are a crate of their own
+//! because they take most of the time of a build: the program and its unit tests share one compiled form.
+
+pub mod case;
+pub mod collective;
+pub mod composed;
+pub mod contact;
+pub mod derivatives;
+pub mod element;
+pub mod error;
+pub mod files;
+pub mod lanes;
+pub mod material;
+pub mod matrix_format;
+pub mod mesh;
+pub mod presets;
+pub mod reader;
+pub mod rounding;
+pub mod schemes;
+pub mod space;
+pub mod square;
+pub mod taylor;
+pub mod tensor;
+pub mod terms;
