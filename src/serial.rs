@@ -1,5 +1,5 @@
-//! What knows neither PETSc nor the ranks: the case file and its reader, meshes, laws, and the kernels of
-//! elements and contact.
+//! What knows neither PETSc nor how a body is distributed over ranks: the case file and its reader, meshes,
+//! laws, and the kernels of elements and contact; below them errors, on which ranks agree.
 //!
 //! Its modules are on the map of the crate `contact_petsc`, which hands them on. They are a crate of their own
 //! because they take most of the time of a build: the program and its unit tests share one compiled form.
