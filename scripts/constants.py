@@ -172,7 +172,7 @@ def build(scratch):
             text = message["message"] + json.dumps(message["spans"]) + json.dumps(message.get("children"))
             for file, name in wanted:
                 here = any(span["file_name"].removeprefix("serial/../") == file for span in message["spans"])
-                if f"{{{name}}}" in text or here and re.search(rf"\b{name}\b", text):
+                if re.search(rf"\{{[^{{}}]*\b{name}\}}", text) or here and re.search(rf"\b{name}\b", text):
                     dropped.add((file, name))
         print(f"{len(dropped)} constants are needed by the compiler", flush=True)
         if len(dropped) == before:

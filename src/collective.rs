@@ -1,8 +1,8 @@
 //! Collective operations whose buffers have one type and the right length.
 //!
 //! The functions of `mpi` take two buffers of any types. An integer without a type beside a `u64` is an
-//! `i32` to the compiler, and MPI writes eight bytes into its four. Everything here is checked: types by
-//! the compiler, lengths at the call.
+//! `i32` to the compiler, and MPI writes eight bytes into its four. Here the compiler checks the types, and
+//! each call the lengths.
 
 use mpi::collective::Operation;
 use mpi::datatype::{Buffer, BufferMut, Equivalence};

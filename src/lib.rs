@@ -5,8 +5,8 @@
 //!
 //! # Modules in the order of their dependencies
 //!
-//! What knows neither PETSc nor the ranks is compiled as a crate of its own, `serial` (`src/serial.rs`), because it takes
-//! most of the time of a build. Its modules are handed on here, so that paths do not tell the difference.
+//! What knows neither PETSc nor how meshes are distributed is a crate of its own, `serial` (`src/serial.rs`), because it
+//! takes most of the time of a build. This crate re-exports its modules under their names.
 //!
 //! A module imports from rows above its own, and from what stands beside it before a semicolon (`tests/layers.rs` reads the
 //! imports and compares).

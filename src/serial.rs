@@ -1,8 +1,8 @@
-//! What knows neither PETSc nor how a body is distributed over ranks: the case file and its reader, meshes,
-//! laws, and the kernels of elements and contact; below them errors, on which ranks agree.
+//! What knows neither PETSc nor how meshes are distributed: the case file and its reader, meshes, laws, and the
+//! kernels of elements and contact. Only errors, on which ranks agree, and collective operations name MPI.
 //!
-//! Its modules are on the map of the crate `contact_petsc`, which hands them on. They are a crate of their own
-//! because they take most of the time of a build: the program and its unit tests share one compiled form.
+//! The modules are on the map of the crate `contact_petsc`, which re-exports them. They are a crate of their own
+//! because they take most of the time of a build: the program and all tests above them link one compiled form.
 
 pub mod case;
 pub mod collective;

@@ -125,13 +125,11 @@ trait Compiled<const D: usize>: Sync {
 }
 
 /// The kernels of dimension `D`.
-///
-/// # Panics
-/// `D` is neither 2 nor 3.
 fn compiled<const D: usize>() -> &'static dyn Compiled<D> {
+    const { assert!(D == 2 || D == 3, "kernels have two or three dimensions") };
     let both: [&'static dyn Any; 2] = [&PLANE, &SPACE];
     let found = both.iter().find_map(|entry| entry.downcast_ref::<Entry<D>>());
-    found.expect("a body of two or three dimensions").0
+    found.expect("one entry for each dimension").0
 }
 
 /// The kernels of one dimension; a type of its own for each dimension.

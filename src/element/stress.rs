@@ -270,6 +270,8 @@ struct StressAt {
 }
 
 impl StressAt {
+    /// Not generic over the dimension, so that the laws are compiled here and not in each crate that asks
+    /// for stresses.
     fn of(self, material: &Material) -> Square<f64, 3> {
         material.accept(self)
     }
@@ -289,6 +291,7 @@ struct IsochoricAt {
 }
 
 impl IsochoricAt {
+    /// Not generic over the dimension, as [`StressAt::of`].
     fn of(self, material: &Material) -> Square<f64, 3> {
         material.accept(self)
     }

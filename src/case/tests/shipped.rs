@@ -11,8 +11,13 @@ use crate::contact::friction::{Coulomb, FrictionLaw, FrictionPowerLaw, Regulariz
 use crate::contact::normal::{NormalLaw, NormalPowerLaw};
 use crate::schemes::Static;
 
+/// The folder of the repository; the manifest of this crate is one below it.
+fn repository() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
 fn shipped() -> Vec<PathBuf> {
-    let meshes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join("meshes");
+    let meshes = repository().join("meshes");
     let folders =
         std::fs::read_dir(meshes).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
     let files =
@@ -43,7 +48,7 @@ fn shipped_cases_are_right() {
 /// The schema that ships is the one that the types make; `contact-petsc schema > meshes/case.schema.json` renews it.
 #[test]
 fn shipped_schema_is_current() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join("meshes/case.schema.json");
+    let path = repository().join("meshes/case.schema.json");
     let text = std::fs::read_to_string(path).unwrap();
     assert_eq!(text, serde_json::to_string_pretty(&schema()).unwrap() + "\n");
 }
@@ -183,7 +188,7 @@ fn schema_and_reader_agree() {
 /// The rubber block reads as the contract says.
 #[test]
 fn rubber_block_reads_as_written() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join("meshes/rubber-block/case.yml");
+    let path = repository().join("meshes/rubber-block/case.yml");
     let case = Case::read(&path).unwrap();
     let block = case.bodies.get("block").unwrap();
     let Mesh::Box(cuboid) = &block.mesh else { panic!("no box") };
@@ -207,7 +212,7 @@ fn power_laws_follow_the_theory() {
     for exponent in [1.0, 2.0, 3.0] {
         for (suffix, unit) in [("", 1e6), ("-kn", 1e3)] {
             let file = format!("meshes/rubber-block/power-law-{exponent}{suffix}.yml");
-            let case = Case::read(&Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join(file)).unwrap();
+            let case = Case::read(&repository().join(file)).unwrap();
             let sole = case.contact.get("sole").unwrap();
             let NormalLaw::NormalPowerLaw(NormalPowerLaw { stiffness: c_n, exponent: m_n }) = &sole.normal
             else {
@@ -229,8 +234,7 @@ fn power_laws_follow_the_theory() {
 /// The smooth start has the velocity (1 - cos(pi t / T)) / 2 and no jump at T = 0.01 s.
 #[test]
 fn smooth_start_is_smooth() {
-    let path =
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join("meshes/rubber-block/smooth-start.yml");
+    let path = repository().join("meshes/rubber-block/smooth-start.yml");
     let case = Case::read(&path).unwrap();
     let displacement = case.boundary.get("clamp").unwrap().displacement.as_ref().unwrap();
     let x = displacement.x.as_ref().unwrap();
