@@ -6,11 +6,14 @@ usage: scripts/convert-mesh.py IN OUT.inp [--array NAME]
 Exodus (.e, .exo, .g): blocks become element sets, side sets become surfaces, node sets stay.
 Needs netCDF4 (pip install netCDF4).
 
+MED 3 or newer (.med): groups of solids become element sets, groups of facets become surfaces, groups
+of nodes become node sets. Groups of edges of solids become node sets. Needs h5py (pip install h5py).
+
 All other formats are read by meshio (pip install meshio): VTU, VTK, XDMF, ... Cell sets become
 element sets, or surfaces if their cells are facets; point sets become node sets. --array NAME is an
 array of integers on the cells, as in VTU files: value 3 becomes the set NAME-3.
 
-Gmsh itself converts STEP, MED and UNV, see docs/how-to/meshes-from-elsewhere.md.
+Gmsh converts STEP and UNV, see docs/how-to/meshes-from-elsewhere.md.
 """
 
 import argparse
@@ -45,6 +48,17 @@ EXODUS_SIDES = {3: [1, 2, 3], 4: [1, 2, 3, 4], "tetra": [2, 3, 4, 1], 5: [2, 3, 
                 8: [3, 4, 5, 6, 1, 2]}
 # The midside nodes of the upright edges come before those of the top.
 EXODUS_HEX20 = list(range(12)) + [16, 17, 18, 19, 12, 13, 14, 15]
+
+# MED: type in meshio by the name of the type in the file.
+MED = {"PO1": "vertex", "SE2": "line", "SE3": "line3", "TR3": "triangle", "TR6": "triangle6", "QU4": "quad",
+       "QU8": "quad8", "TE4": "tetra", "T10": "tetra10", "PY5": "pyramid", "PE6": "wedge", "HE8": "hexahedron",
+       "H20": "hexahedron20"}
+# MED numbers the nodes of the base of a solid in the other direction of rotation than VTK.
+MIRRORED = {"tetra": [0, 2, 1, 3], "tetra10": [0, 2, 1, 3, 6, 5, 4, 7, 9, 8], "pyramid": [0, 3, 2, 1, 4],
+            "wedge": [0, 2, 1, 3, 5, 4], "hexahedron": [0, 3, 2, 1, 4, 7, 6, 5],
+            "hexahedron20": [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17]}
+# Number of nodes of the base, which come first.
+BASE = {"tetra": 3, "tetra10": 3, "pyramid": 4, "wedge": 3, "hexahedron": 4, "hexahedron20": 4}
 
 
 class Output:
@@ -136,38 +150,108 @@ def from_exodus(path):
     return out
 
 
-def from_meshio(path, array):
-    import meshio
+def is_mirrored(kind, points):
+    """Whether solids have the order of MED, by the sum of their signed volumes. `points` are the
+    positions of the nodes of each solid."""
+    import numpy
 
-    mesh = meshio.read(path)
-    dimension = 3 if any(block.type in SOLIDS[3] for block in mesh.cells) else 2
-    out = Output(mesh.points, dimension)
+    base, rest = points[:, :BASE[kind]], points[:, BASE[kind]:CORNERS[kind]]
+    normals = numpy.cross(base[:, 1] - base[:, 0], base[:, -1] - base[:, 0])
+    heights = rest.mean(axis=1) - base.mean(axis=1)
+    return (normals * heights).sum() < 0
+
+
+def from_med(path):
+    import h5py
+
+    with h5py.File(path) as data:
+        meshes = data.get("ENS_MAA", {})
+        if len(meshes) != 1:
+            sys.exit(f"the file has {len(meshes)} meshes; it must have one")
+        (mesh, steps), = meshes.items()
+        if "NOE" in steps:
+            sys.exit("this is a file of MED 2; save it as MED 3 or newer")
+        if len(steps) != 1:
+            sys.exit(f"mesh {mesh} has {len(steps)} time steps; it must have one")
+        step, = steps.values()
+        if "MAI" not in step or "COO" not in step.get("NOE", ()):
+            sys.exit(f"mesh {mesh} has no unstructured cells")
+
+        def members(kind, entities, count):
+            """Numbers from zero of the nodes or cells of each group."""
+            names = {}
+            for family in data.get(f"FAS/{mesh}/{kind}", {}).values():
+                if "GRO" in family:
+                    texts = [bytes(name).split(b"\0")[0].decode(errors="replace") for name in family["GRO/NOM"][:]]
+                    names[int(family.attrs["NUM"])] = [text.strip() for text in texts]
+            groups = {}
+            for number, family in enumerate(entities["FAM"][:] if "FAM" in entities else [0] * count):
+                for name in names.get(int(family), []):
+                    groups.setdefault(name, []).append(number)
+            return groups
+
+        points = step["NOE/COO"][:].reshape(int(steps.attrs["ESP"]), -1).T
+        point_sets = members("NOEUD", step["NOE"], len(points))
+        blocks, cell_sets = [], {}
+        for index, (name, cells) in enumerate(step["MAI"].items()):
+            if name not in MED:
+                sys.exit(f"cells of type {name} can not be converted")
+            kind = MED[name]
+            nodes = cells["NOD"][:].reshape(-1, int(cells["NOD"].attrs["NBR"])).T - 1
+            # Some programs, such as meshio, write the order of VTK.
+            if kind in MIRRORED and is_mirrored(kind, points[nodes]):
+                nodes = nodes[:, MIRRORED[kind]]
+            blocks.append((kind, nodes))
+            for group, numbers in members("ELEME", cells, len(nodes)).items():
+                cell_sets.setdefault(group, {})[index] = numbers
+    out, add = from_cells(points, blocks)
+    for name, of_blocks in cell_sets.items():
+        for index, numbers in of_blocks.items():
+            add(name, index, numbers)
+    for name, nodes in point_sets.items():
+        out.nodes.setdefault(name, []).extend(nodes)
+    return out
+
+
+def from_cells(points, blocks):
+    """The output without sets, and a function that adds cells of a block to a set. A block is a type of
+    meshio and the nodes of its cells, solids or facets."""
+    dimension = 3 if any(kind in SOLIDS[3] for kind, _ in blocks) else 2
+    out = Output(points, dimension)
     first, faces = [], {}
-    for block in mesh.cells:
+    for kind, cells in blocks:
         first.append(out.count())
-        if block.type in SOLIDS[dimension]:
-            corners = CORNERS[block.type]
-            for k, cell in enumerate(block.data):
+        if kind in SOLIDS[dimension]:
+            corners = CORNERS[kind]
+            for k, cell in enumerate(cells):
                 for face, local in enumerate(FACES[dimension, corners], 1):
                     faces.setdefault(tuple(sorted(cell[c] for c in local)), []).append((first[-1] + k, face))
-            out.blocks.append((block.type, block.data))
-        elif block.type not in FACETS[dimension] and block.type not in ("vertex", "line", "line3"):
-            sys.exit(f"cells of type {block.type} can not be converted")
+            out.blocks.append((kind, cells))
+        elif kind not in FACETS[dimension] and kind not in ("vertex", "line", "line3"):
+            sys.exit(f"cells of type {kind} can not be converted")
 
     def add(name, index, members):
-        block = mesh.cells[index]
-        if block.type in SOLIDS[dimension]:
+        kind, cells = blocks[index]
+        if kind in SOLIDS[dimension]:
             out.elements.setdefault(name, []).extend(first[index] + int(k) for k in members)
-        elif block.type in FACETS[dimension]:
+        elif kind in FACETS[dimension]:
             for k in members:
-                corners = block.data[k][:FACETS[dimension][block.type]]
+                corners = cells[k][:FACETS[dimension][kind]]
                 found = faces.get(tuple(sorted(corners)), [])
                 if len(found) != 1:
                     sys.exit(f"{name}: a facet bounds {len(found)} elements; it must bound one")
                 out.surfaces.setdefault(name, []).extend(found)
         else:
-            out.nodes.setdefault(name, []).extend(int(node) for k in members for node in block.data[k])
+            out.nodes.setdefault(name, []).extend(int(node) for k in members for node in cells[k])
 
+    return out, add
+
+
+def from_meshio(path, array):
+    import meshio
+
+    mesh = meshio.read(path)
+    out, add = from_cells(mesh.points, [(block.type, block.data) for block in mesh.cells])
     for name, members in mesh.cell_sets.items():
         if not name.startswith("gmsh:"):
             for index, cells in enumerate(members):
@@ -191,8 +275,13 @@ def main():
     parser.add_argument("output")
     parser.add_argument("--array")
     options = parser.parse_args()
-    is_exodus = Path(options.input).suffix.lower() in (".e", ".ex2", ".exo", ".g")
-    out = from_exodus(options.input) if is_exodus else from_meshio(options.input, options.array)
+    suffix = Path(options.input).suffix.lower()
+    if suffix in (".e", ".ex2", ".exo", ".g"):
+        out = from_exodus(options.input)
+    elif suffix == ".med":
+        out = from_med(options.input)
+    else:
+        out = from_meshio(options.input, options.array)
     if out.count() == 0:
         sys.exit("the mesh has no triangles, quadrilaterals, tetrahedra, pyramids, wedges or hexahedra")
     out.write(options.output)

@@ -15,8 +15,7 @@ Plane Surface(1) = {1};
 
 // Quadrilaterals in place of triangles.
 Recombine Surface {1};
-Mesh.Algorithm = 8;
-Mesh.RecombinationAlgorithm = 3;
+Mesh.Algorithm = 1;
 
 // The names that the case uses: the body, the support, the contact surface.
 Physical Surface("rubber") = {1};
