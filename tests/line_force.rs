@@ -54,6 +54,56 @@ fn the_resultant_is_that_of_the_line() {
     }
 }
 
+/// One hexahedron with a physical surface on the left and a physical curve along the upper right edge.
+const BRICK: &str = "$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+3 1 \"brick\"
+2 2 \"left\"
+1 3 \"edge\"
+$EndPhysicalNames
+$Nodes
+8
+1 0 0 0
+2 1 0 0
+3 1 2 0
+4 0 2 0
+5 0 0 0.2
+6 1 0 0.2
+7 1 2 0.2
+8 0 2 0.2
+$EndNodes
+$Elements
+3
+1 5 2 1 1 1 2 3 4 5 6 7 8
+2 3 2 2 2 1 5 8 4
+3 1 2 3 3 6 7
+$EndElements
+";
+
+/// A physical curve of a Gmsh mesh is the line.
+#[test]
+fn a_physical_curve_is_a_line() {
+    let text = plate("hex8");
+    let (head, tail) = text.split_once("    mesh:").expect("a mesh");
+    let (_, tail) = tail.split_once("\n").expect("a line");
+    let (middle, tail) = tail.split_once("    sets:").expect("sets");
+    let (_, tail) = tail.split_once("\n").expect("a line");
+    let folder = Folder::new("curve");
+    folder.write("brick.msh", BRICK);
+    folder.write("case.yml", &format!("{head}    mesh: {{ file: brick.msh }}\n{middle}{tail}"));
+    run(2, &["case.yml", "-q", "-o", "out"], &folder).success();
+    let reactions = Results(folder).table("reactions.csv");
+    for (column, expected) in
+        [("force_x", -6.0), ("force_y", 0.0), ("force_z", 40.0), ("moment_x", 140.0 / 3.0)]
+    {
+        let found = reactions.last(column);
+        assert!((found - expected).abs() < 1e-9 * 40.0, "{column}: {found}");
+    }
+}
+
 /// Mistakes are reported with line, cause and cure.
 #[test]
 fn wrong_line_forces_are_refused() {

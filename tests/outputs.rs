@@ -59,6 +59,27 @@ fn friction_does_not_move_the_centre_of_pressure() {
     near(&[contact.last("centre_of_pressure_x")], &[contact.last("moment_z") / force[1]], 1e-6);
 }
 
+/// A rigid body that carries two blocks has one centre of pressure, below the resultant of both loads.
+#[test]
+fn a_rigid_body_has_the_centre_of_all_its_pressures() {
+    let blocks = ECCENTRIC.replace("KIND", "quad4");
+    let (head, tail) = blocks.split_once("obstacles:").expect("a floor");
+    let (_, block) = head.split_once("  block:").expect("a block");
+    let other = block.replace("min: [0, 0], max: [1, 0.5]", "min: [2, 0], max: [3, 0.5]");
+    let text = format!("{head}  other:{other}rigid:{tail}")
+        .replace("floor: { plane: { point: [0, 0], normal: [0, 1] } }", "floor: { shape: { plane: { point: [0, 0], normal: [0, 1] } } }")
+        .replace("contact: { sole:", "contact:\n  second: { contactor: other.bottom, target: floor, normal: { penalty: { compliance: 1.0e-12 } } }\n  sole:")
+        .replace("1.0e-12 } } } }\nboundary", "1.0e-12 } } }\nboundary")
+        .replace("on: block.top", "on: [block.top, other.top]");
+    let rigid = Results::of(&text, 2).table("rigid.csv");
+    // The integrals of 1 + x and x (1 + x) over both tops.
+    let [force, moment] = [5.0, 29.0 / 3.0];
+    near(&[-rigid.last("force_y")], &[1.0e4 * force], 1e-5);
+    near(&[rigid.last("centre_of_pressure_x")], &[moment / force], 1e-5);
+    assert!(rigid.last("centre_of_pressure_y").abs() < 1e-5);
+    assert!(rigid.numbers("centre_of_pressure_x")[0].is_nan());
+}
+
 /// A block is pressed by a linear load on a floor with damping, and slides.
 const DAMPED: &str = "
 dimension: 2
@@ -225,6 +246,9 @@ fn each_contact_has_its_own_heat() {
         let heat = contact.numbers("friction_work");
         let gain = heat[8] - heat[7];
         near(&[gain], &[coefficient * 1.0e4 * 0.01 / 8.0], 1e-6);
+        // Only friction does work: the normal force and the elastic energy stay.
+        let work = contact.numbers("work");
+        near(&[work[8] - work[7]], &[-coefficient * 1.0e4 * 0.01 / 8.0], 1e-6);
         let stored = contact.numbers("stored");
         // A uniform pressure stores the least. The drag tilts the blocks a little.
         let least = 0.5 * 1.0e4 * (1.0e4 * 1.0e-10 + coefficient * coefficient * 1.0e4 / 1.0e9);

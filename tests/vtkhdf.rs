@@ -120,12 +120,16 @@ fn numbers(values: &VtuValues) -> Values {
     }
 }
 
-/// All steps of a grid from its VTU pieces.
-fn of_pieces(folder: &Folder, part: u32) -> Vec<Snapshot> {
+/// The files of all grids, and the series of their pieces.
+const GRIDS: [(&str, &str); 3] =
+    [("fields.vtkhdf", "fields.pvd"), ("contact.vtkhdf", "contact.pvd"), ("rigid.vtkhdf", "rigid.pvd")];
+
+/// All steps of a grid from its VTU pieces of this many ranks. Those without a piece have empty parts.
+fn of_pieces(folder: &Folder, series: &str, ranks: usize) -> Vec<Snapshot> {
     let out = folder.join("out");
-    let entries = pvd::read(&out.join("fields.pvd")).expect("a series");
+    let entries = pvd::read(&out.join(series)).expect("a series");
     let mut snapshots = Vec::new();
-    for entry in entries.iter().filter(|entry| entry.part == part) {
+    for entry in entries.iter().filter(|entry| entry.part == 0) {
         let index = out.join(&entry.file);
         let mut all = Snapshot { time: entry.time, ..Snapshot::default() };
         for source in pvtu::read(&index).expect("an index") {
@@ -143,6 +147,9 @@ fn of_pieces(folder: &Folder, part: u32) -> Vec<Snapshot> {
                 }
             }
         }
+        let without = ranks - all.parts.len();
+        all.parts.extend(vec![[0, 0]; without]);
+        all.offsets.extend(vec![0; without]);
         snapshots.push(all);
     }
     snapshots
@@ -166,7 +173,8 @@ fn of_file(file: &Dump, like: &Snapshot) -> Vec<Snapshot> {
         .keys()
         .map(|name| {
             let values = match name.as_str() {
-                "PointData/node" | "CellData/body" | "CellData/rank" | "CellData/contact" => {
+                "PointData/node" | "CellData/body" | "CellData/rank" | "CellData/contact"
+                | "CellData/rigid" => {
                     let bytes = file.bytes(name);
                     bytes.as_chunks::<4>().0.iter().map(|&n| f64::from(i32::from_le_bytes(n))).collect()
                 }
@@ -203,19 +211,19 @@ fn of_file(file: &Dump, like: &Snapshot) -> Vec<Snapshot> {
     (0..steps).map(snapshot).collect()
 }
 
-/// Both grids of a run in both formats are equal, number by number.
+/// All grids of a run in both formats are equal, number by number.
 #[track_caller]
 fn compare(text: impl Fn(&str) -> String, ranks: usize) -> Vec<Snapshot> {
     let pieces = results(&text("vtu"), ranks);
     let one = results(&text("vtkhdf"), ranks);
     let mut bodies = Vec::new();
-    for (name, part) in [("fields.vtkhdf", 0), ("contact.vtkhdf", 1)] {
-        let known = of_pieces(&pieces, part);
+    for (name, series) in GRIDS {
+        let known = of_pieces(&pieces, series, ranks);
         let found = of_file(&Dump::of(&one, name), &known[0]);
         assert_eq!(known.len(), 5);
         // Both runs have the same bits on the same number of ranks.
         assert!(known == found, "{name} on {ranks} ranks:\n{:?}\n{:?}", known[1], found[1]);
-        if part == 0 {
+        if series == "fields.pvd" {
             bodies = found;
         }
     }
@@ -248,9 +256,9 @@ fn the_file_follows_the_format() {
     let folder = results(&case("format: vtkhdf"), 2);
     let names = fs::read_dir(folder.join("out")).expect("results").flatten();
     let files = names.filter(|entry| entry.path().extension().is_some_and(|end| end == "vtkhdf"));
-    assert_eq!(files.count(), 2);
+    assert_eq!(files.count(), GRIDS.len());
     assert!(!folder.join("out/fields").exists() && !folder.join("out/fields.pvd").exists());
-    for name in ["fields.vtkhdf", "contact.vtkhdf"] {
+    for (name, _) in GRIDS {
         let file = Dump::of(&folder, name);
         let kind = file.call(&["-a", "/VTKHDF/Type"]);
         assert_says(&kind, &["STRSIZE 16;", "H5T_CSET_ASCII", "SCALAR", "\"UnstructuredGrid\""]);
@@ -295,8 +303,8 @@ fn a_restart_continues_the_file() {
         let checkpoint = "out/checkpoints/step-000002.ckpt";
         let from = format!("--restart={checkpoint}");
         run(ranks, &["case.yml", "--output", "out", "--quiet", &from], &folder).success();
-        for (part, name) in ["fields.vtkhdf", "contact.vtkhdf"].into_iter().enumerate() {
-            let like = &of_pieces(&pieces, part as u32)[0];
+        for (name, series) in GRIDS {
+            let like = &of_pieces(&pieces, series, 2)[0];
             let known = of_file(&Dump::of(&whole, name), like);
             let found = of_file(&Dump::of(&folder, name), like);
             assert_eq!(found.len(), 5);

@@ -73,6 +73,15 @@ pub struct Ties<const D: usize> {
     owned: usize,
 }
 
+/// Changes of one pair of tied surfaces in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JumpChange<const D: usize> {
+    /// Change of the force of the ties \[N\].
+    pub force: [f64; D],
+    /// Increment of the prescribed jump \[m\].
+    pub jump: [f64; D],
+}
+
 impl<const D: usize> Ties<D> {
     /// The ties of the rank's mesh, which belong to these pairs.
     pub(super) fn new(
@@ -177,6 +186,27 @@ impl<const D: usize> Ties<D> {
             (0..patch.factors.len()).filter(|&tie| patch.counted[tie]).map(work).sum()
         };
         Ok(self.patches.iter().map(of_patch).sum())
+    }
+
+    /// Change of the force on each pair by the ties that this rank counts \[N\], and the increment of
+    /// its prescribed jump \[m\], as in [`Self::work_of_jumps`].
+    ///
+    /// # Errors
+    /// A prescribed jump is not finite, at its position in the case.
+    pub fn changes(&self, before: &[f64], start: f64, u: &[f64], end: f64) -> Result<Vec<JumpChange<D>>> {
+        let jumps = [self.jumps_at(start)?, self.jumps_at(end)?];
+        let moved = |pair: usize| std::array::from_fn(|i| jumps[1][pair][i] - jumps[0][pair][i]);
+        let at_rest = |pair| JumpChange { force: [0.0; D], jump: moved(pair) };
+        let mut changes: Vec<JumpChange<D>> = (0..self.jumps.len()).map(at_rest).collect();
+        for patch in &self.patches {
+            for tie in (0..patch.factors.len()).filter(|&tie| patch.counted[tie]) {
+                let [first, last] =
+                    [patch.traction(tie, before, &jumps[0]), patch.traction(tie, u, &jumps[1])];
+                let force = &mut changes[patch.pairs[tie] as usize].force;
+                (0..D).for_each(|i| force[i] += patch.areas[tie] * (last[i] - first[i]));
+            }
+        }
+        Ok(changes)
     }
 
     /// Ties that this rank counts and whose sides are apart.

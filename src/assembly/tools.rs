@@ -1,6 +1,7 @@
 //! Moving rigid bodies of the case: their placement for an evaluation, and what observers read.
 
 use mpi::collective::SystemOperation;
+use nalgebra::{Rotation3, Vector3};
 
 use super::free_bodies::{FreeState, MotionSums, RigidVelocity, TurnDirection, space_of};
 use super::system::ContactSystem;
@@ -19,6 +20,8 @@ use crate::tensor::Vector;
 pub struct ToolState {
     /// Name in the case file.
     pub name: String,
+    /// Reference point before any motion \[m\].
+    pub reference: [f64; 3],
     /// Reference point \[m\].
     pub position: [f64; 3],
     /// Rotation vector \[rad\].
@@ -44,6 +47,13 @@ impl ToolState {
     /// Force, then torque, that the body exerts on the deformable bodies.
     pub fn exerted(&self) -> [f64; 6] {
         std::array::from_fn(|i| if i < 3 { -self.force[i] } else { -self.torque[i - 3] })
+    }
+
+    /// Displacement of the point of the body that was at `x` \[m\].
+    pub fn displacement_of(&self, x: [f64; 3]) -> [f64; 3] {
+        let [reference, position, x] = [self.reference, self.position, x].map(Vector3::from);
+        let rotation = Rotation3::from_scaled_axis(Vector3::from(self.rotation));
+        (position + rotation * (x - reference) - x).into()
     }
 }
 
@@ -146,8 +156,9 @@ impl<const D: usize> ContactSystem<D> {
             let load = |k: usize| std::array::from_fn(|i| load[k + i]);
             let motion = match &tool.drive {
                 RigidDrive::Prescribed(motion) => motion,
-                RigidDrive::Free(index, _) => {
-                    return Ok(free_tool(&tool.name, &free[*index], load(0), load(3)));
+                RigidDrive::Free(index, body) => {
+                    let state = free_tool(&tool.name, &free[*index], load(0), load(3));
+                    return Ok(ToolState { reference: space_of(&body.centre), ..state });
                 }
             };
             let [_, state] = motion.states(&step)?;
@@ -157,6 +168,7 @@ impl<const D: usize> ContactSystem<D> {
             let turn = along(turn);
             Ok(ToolState {
                 name: tool.name.clone(),
+                reference: space_of(&motion.centre),
                 position: space_of(&(motion.centre + state.translation)),
                 rotation: along(state.angle),
                 velocity: space_of(&state.velocity),
@@ -182,6 +194,7 @@ fn free_tool<const D: usize>(
     let (shift, turn) = (space_of(&state.moved.0), state.moved.1);
     ToolState {
         name: name.to_owned(),
+        reference: [0.0; 3],
         position: space_of(&state.position),
         rotation: state.rotation,
         velocity: space_of(&state.velocity),

@@ -100,7 +100,8 @@ pub enum FieldFormat {
     /// `fields.pvd` with a file per rank, grid and output.
     #[default]
     Vtu,
-    /// One file for all ranks and outputs, `fields.vtkhdf`, and `contact.vtkhdf` if there is contact.
+    /// One file for all ranks and outputs, `fields.vtkhdf`, and `contact.vtkhdf` and `rigid.vtkhdf` if
+    /// there are contacts and rigid bodies.
     /// PETSc must be linked with parallel HDF5, as that of Debian is.
     Vtkhdf,
 }

@@ -232,6 +232,16 @@ impl<const D: usize> ContactColumn<D> {
             ),
             value: OverPoints::Total(|totals| totals.energies.stored),
         },
+        Self {
+            quantity: ReportedQuantity::number(
+                "work",
+                "J",
+                "work of its forces on both sides together since the start: the loss of `stored`, minus \
+                 `friction_work` and `damping_work`; on the bodies alone it is larger by the `work` of a moving \
+                 rigid target",
+            ),
+            value: OverPoints::Total(|totals| totals.energies.work()),
+        },
     ];
 
     /// Normal force.
@@ -363,20 +373,26 @@ impl ContactReport {
     }
 }
 
+/// Resultants of each contact at the trial state of `stage`, the same on all ranks. Collective.
+pub fn resultants<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<ContactResultants<D>> {
+    let mut resultants = system.contact_resultants(stage);
+    let sums = resultants.iter_mut().flat_map(|own| own.whole.sums().chain(own.normal.sums()));
+    sum_over_ranks(system.session().world(), sums);
+    resultants
+}
+
 /// Reports all contacts at the trial state of `stage`, with the same result on all ranks.
 /// Collective.
 ///
-/// `energies` are those of each contact.
+/// `energies` and `resultants` are those of each contact.
 pub fn reports<const D: usize>(
     system: &ContactSystem<D>,
     stage: &Stage,
     energies: &[ContactEnergies],
+    resultants: &[ContactResultants<D>],
 ) -> Vec<ContactReport> {
     let world = system.session().world();
     let u = stage.trial.u.local();
-    let mut resultants = system.contact_resultants(stage);
-    let sums = resultants.iter_mut().flat_map(|own| own.whole.sums().chain(own.normal.sums()));
-    sum_over_ranks(world, sums);
     let report = |(number, contact): (usize, &LocalContact<D>)| {
         let totals = ContactTotals {
             resultants: resultants[number],
@@ -453,7 +469,8 @@ mod tests {
         resultants.whole.first_moment[(1, 0)] = 6.0;
         resultants.normal.force = Point::<2>::new(0.0, 4.0);
         resultants.normal.first_moment[(1, 0)] = 6.0;
-        let energies = ContactEnergies { stored: 0.25, friction_work: 0.75, damping_work: 0.5 };
+        let energies =
+            ContactEnergies { stored: 0.25, stored_at_start: 2.0, friction_work: 0.75, damping_work: 0.5 };
         let totals = ContactTotals { resultants, is_two_sided: false, energies };
         let cells = |column: &ContactColumn<2>| column.cells(&column.tally(points.into_iter()), &totals);
         let mut row = Vec::new();
@@ -469,7 +486,7 @@ mod tests {
         let numbers = |values: &[f64]| values.iter().copied().map(Cell::Number).collect::<Vec<_>>();
         assert_eq!(row[..5], numbers(&[4.0, -1.0, 4.0, -1.0, 1.0]));
         assert_eq!(row[5..8], [Cell::Count(2), Cell::Count(0), Cell::Count(2)]);
-        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0, 1.5, 0.75, 0.5, 0.25]));
+        assert_eq!(row[8..], numbers(&[2e-3, 4.0, 2.0, 6.0, 1.5, 0.0, 1.5, 0.75, 0.5, 0.25, 0.5]));
         assert_eq!(cells(&ContactColumn::DEPTH_BETWEEN), numbers(&[3e-3]));
         let mean = ContactColumn {
             quantity: ReportedQuantity::number("x", "m", "mean position"),
@@ -493,7 +510,7 @@ mod tests {
             header(plane),
             "force_n [N],force_x [N],force_y [N],force_t [N],area [m2],points,stick,slip,max_penetration [m],\
              max_pressure [Pa],friction_power [W],moment_z [N m],centre_of_pressure_x [m],centre_of_pressure_y [m],\
-             current_area [m2],friction_work [J],damping_work [J],stored [J]"
+             current_area [m2],friction_work [J],damping_work [J],stored [J],work [J]"
         );
         let space =
             super::super::quantity::headings::<3>(ContactColumn::<3>::TABLE.iter().map(|c| &c.quantity));

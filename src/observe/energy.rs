@@ -3,7 +3,6 @@
 //! [`MOMENTUM_COLUMNS`] a vector in `momentum.csv`.
 
 use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
-use super::rigid::RigidReport;
 use crate::assembly::{ContactSystem, ToolState};
 use crate::contact::totals::ContactEnergy;
 use crate::dynamics::{OverStep, Stage};
@@ -124,10 +123,20 @@ pub struct Momentum {
 pub struct ContactEnergies {
     /// Energy stored by the laws of the contact at the end of the last step.
     pub stored: f64,
+    /// The same at the start.
+    #[serde(default)]
+    pub stored_at_start: f64,
     /// Heat from friction since the start.
     pub friction_work: f64,
     /// Heat from damping of the contact since the start.
     pub damping_work: f64,
+}
+
+impl ContactEnergies {
+    /// Work of its forces on both sides since the start: what they neither store nor turn into heat.
+    pub fn work(&self) -> f64 {
+        self.stored_at_start - self.stored - self.friction_work - self.damping_work
+    }
 }
 
 /// Accumulates work and heat over the steps.
@@ -200,8 +209,9 @@ struct LoadStep {
     drive: Vec<f64>,
     /// Change of the displacement \[m\].
     motion: Vec<f64>,
-    /// Change of the force of each rigid body, and its motion, the same on all ranks.
-    rigid: Vec<[[f64; 6]; 2]>,
+    /// Change of the force of each rigid body and of each pair of tied surfaces, and its motion, the
+    /// same on all ranks.
+    driven: Vec<[[f64; 6]; 2]>,
     /// Length of the step \[s\].
     dt: f64,
     /// `sum |dF_i du_i|` over all ranks \[J\].
@@ -239,8 +249,9 @@ struct LastLoadStep {
     area: f64,
     /// Whether it was the first one.
     first: bool,
-    /// Change of the force of each rigid body, and its motion.
-    rigid: Vec<[[f64; 6]; 2]>,
+    /// Change of the force of each rigid body and of each pair of tied surfaces, and its motion.
+    #[serde(alias = "rigid")]
+    driven: Vec<[[f64; 6]; 2]>,
 }
 
 impl EnergyLedger {
@@ -272,7 +283,7 @@ impl EnergyLedger {
             dt: last.dt,
             area: last.area,
             first: last.first,
-            rigid: last.rigid.clone(),
+            driven: last.driven.clone(),
         });
         let rigid = self.rigid.clone();
         Balances {
@@ -313,9 +324,9 @@ impl EnergyLedger {
             self.damping = field("damping")?;
         }
         self.last = match last {
-            Some(LastLoadStep { dt, area, first, rigid }) => {
+            Some(LastLoadStep { dt, area, first, driven }) => {
                 let (drive, motion) = (field("last_drive")?, field("last_motion")?);
-                Some(LoadStep { drive, motion, rigid, dt, area, first })
+                Some(LoadStep { drive, motion, driven, dt, area, first })
             }
             None => None,
         };
@@ -347,6 +358,7 @@ impl EnergyLedger {
         let StepEnergies { kinetic, strain, contact, springs, .. } = ledger.step(system, stage, 0.0)?;
         ledger.now = Energies { kinetic, strain, contact, springs, ..Energies::default() };
         ledger.at_start = ledger.now.total();
+        ledger.contacts.iter_mut().for_each(|contact| contact.stored_at_start = contact.stored);
         Ok(ledger)
     }
 
@@ -419,11 +431,9 @@ impl EnergyLedger {
         &self.now
     }
 
-    /// Rigid bodies at the end of the last step.
-    pub fn rigid(&self) -> Vec<RigidReport> {
-        let report =
-            |(state, work): (&ToolState, &RigidWork)| RigidReport { state: state.clone(), work: work.work };
-        self.tools.iter().zip(&self.rigid).map(report).collect()
+    /// Rigid bodies at the end of the last step, with their work since the start \[J\].
+    pub fn rigid(&self) -> impl Iterator<Item = (&ToolState, f64)> + Clone {
+        self.tools.iter().zip(self.rigid.iter().map(|rigid| rigid.work))
     }
 
     /// Energies of each contact at the end of the last step.
@@ -470,13 +480,14 @@ impl EnergyLedger {
             let moved = if tool.free { [0.0; 6] } else { tool.moved };
             [std::array::from_fn(|i| exerted[i] - before.exerted[i]), moved]
         });
-        let rigid = rigid.collect();
-        let mut step = LoadStep { drive, motion, rigid, dt: stage.dt, area: 0.0, first: last.is_none() };
+        let mut driven: Vec<_> = rigid.collect();
+        driven.extend(Self::changes_of_ties(system, stage)?);
+        let mut step = LoadStep { drive, motion, driven, dt: stage.dt, area: 0.0, first: last.is_none() };
         let mut cross = last.as_ref().map_or(0.0, |last| last.cross(&step));
         step.area = step.own_area();
         sum_over_ranks(system.session().world(), [&mut step.area, &mut cross]);
-        step.area += step.area_of_rigid();
-        cross += last.as_ref().map_or(0.0, |last| last.cross_of_rigid(&step));
+        step.area += step.driven_area();
+        cross += last.as_ref().map_or(0.0, |last| last.driven_cross(&step));
         self.work_error += match &last {
             None => 0.5 * step.area,
             Some(last) => {
@@ -487,6 +498,20 @@ impl EnergyLedger {
         };
         self.last = Some(step);
         Ok(())
+    }
+
+    /// Change of the force of each pair of tied surfaces in a load step, and the increment of its
+    /// prescribed jump. Collective.
+    fn changes_of_ties<const D: usize>(
+        system: &ContactSystem<D>,
+        stage: &Stage,
+    ) -> Result<Vec<[[f64; 6]; 2]>> {
+        let (before, now) = (stage.start.u.local(), stage.trial.u.local());
+        let mut changes =
+            system.bodies().ties().changes(&before, stage.start.time, &now, stage.trial.time)?;
+        sum_over_ranks(system.session().world(), changes.iter_mut().flat_map(|change| &mut change.force));
+        let padded = |values: [f64; D]| std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0));
+        Ok(changes.iter().map(|change| [padded(change.force), padded(change.jump)]).collect())
     }
 
     /// Computes the energies of the step on all ranks. Collective.
@@ -638,18 +663,18 @@ impl LoadStep {
         dot(&self.drive, &next.motion) - dot(&next.drive, &self.motion)
     }
 
-    /// `sum |dF_i du_i|` of the rigid bodies \[J\].
-    fn area_of_rigid(&self) -> f64 {
-        self.rigid
+    /// `sum |dF_i du_i|` of the rigid bodies and ties \[J\].
+    fn driven_area(&self) -> f64 {
+        self.driven
             .iter()
             .map(|[drive, motion]| (0..6).map(|i| (drive[i] * motion[i]).abs()).sum::<f64>())
             .sum()
     }
 
-    /// `dF . du_next - dF_next . du` of the rigid bodies \[J\].
-    fn cross_of_rigid(&self, next: &Self) -> f64 {
+    /// `dF . du_next - dF_next . du` of the rigid bodies and ties \[J\].
+    fn driven_cross(&self, next: &Self) -> f64 {
         let dot = |a: &[f64; 6], b: &[f64; 6]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let pairs = self.rigid.iter().zip(&next.rigid);
+        let pairs = self.driven.iter().zip(&next.driven);
         pairs
             .map(|([drive, motion], [next_drive, next_motion])| {
                 dot(drive, next_motion) - dot(next_drive, motion)
@@ -722,7 +747,7 @@ mod tests {
         let step = LoadStep {
             drive: vec![change],
             motion: vec![dt],
-            rigid: Vec::new(),
+            driven: Vec::new(),
             dt,
             area: change * dt,
             first: true,

@@ -18,6 +18,7 @@
 //! | [`energy::ENERGY_COLUMNS`] | `energy.csv` |
 //! | [`energy::MOMENTUM_COLUMNS`] | `momentum.csv` |
 //! | [`fields::NODE_FIELDS`], [`fields::ELEMENT_FIELDS`], [`fields::STRESS_FIELDS`], [`fields::NODAL_STRESS_FIELDS`], [`fields::ContactField::TABLE`] | `fields.pvd`, `contact.pvd` |
+//! | [`rigid_surfaces::RIGID_DISPLACEMENT`] | `rigid.pvd` |
 //!
 //! Observers read a [`ContactSystem`](crate::assembly::ContactSystem) through its public methods
 //! and change nothing in it that a solver sees.
@@ -34,3 +35,4 @@ pub mod probes;
 pub mod quantity;
 pub mod reactions;
 pub mod rigid;
+pub mod rigid_surfaces;

@@ -1,8 +1,10 @@
 //! `rigid.csv`: motion, load and work of each rigid body of `rigid`. One entry of
 //! [`RIGID_COLUMNS`] is one column.
 
+use super::energy::EnergyLedger;
 use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
-use crate::assembly::ToolState;
+use crate::assembly::{ContactResultants, ContactSystem, ToolState};
+use crate::contact::mortar::resultant::ContactResultant;
 
 /// A rigid body at the end of a step, the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +13,30 @@ pub struct RigidReport {
     pub state: ToolState,
     /// Work on the deformable bodies since the start \[J\].
     pub work: f64,
+    /// Centre of the pressure of all its contacts \[m\]; `None` if the pressure balances itself.
+    pub centre_of_pressure: Option<[f64; 3]>,
+}
+
+/// The rigid bodies at the end of the last step. `resultants` are those of each contact, summed over
+/// the ranks.
+pub fn reports<const D: usize>(
+    system: &ContactSystem<D>,
+    ledger: &EnergyLedger,
+    resultants: &[ContactResultants<D>],
+) -> Vec<RigidReport> {
+    let centre = |name: &str| {
+        let contacts = system.contacts().iter().zip(resultants);
+        let pressures =
+            contacts.filter(|(contact, _)| contact.target_name == name).map(|(_, sums)| sums.normal);
+        let centre = pressures.sum::<ContactResultant<D>>().centre()?;
+        Some(std::array::from_fn(|i| if i < D { centre[i] } else { 0.0 }))
+    };
+    let report = |(state, work): (&ToolState, f64)| RigidReport {
+        centre_of_pressure: centre(&state.name),
+        state: state.clone(),
+        work,
+    };
+    ledger.rigid().map(report).collect()
 }
 
 /// The table of the bodies of `rigid`.
@@ -58,6 +84,15 @@ pub const RIGID_COLUMNS: &[Column<RigidReport>] = &[
              the step",
         ),
         value: Value::Vector(|report| report.state.torque),
+    },
+    Column {
+        quantity: ReportedQuantity::vector(
+            "centre_of_pressure",
+            "m",
+            "mean position of the forces of the pressure of all contacts with the body, weighted by their component \
+             along their resultant; empty if they balance each other",
+        ),
+        value: Value::OptionalVector(|report| report.centre_of_pressure),
     },
     Column {
         quantity: ReportedQuantity::number(

@@ -1,15 +1,17 @@
 //! The fields for ParaView: the bodies and their contact surfaces, every n-th step.
 //!
 //! ```text
-//! fields.pvd                             both grids of every step (part 0 bodies, part 1 surfaces)
+//! fields.pvd                             bodies and contact surfaces of every step (parts 0 and 1)
 //! contact.pvd                            the contact surfaces alone
-//! fields/step_000010/volume.pvtu         index of the pieces, contact.pvtu alike
+//! rigid.pvd                              the surfaces of obstacles and rigid bodies
+//! fields/step_000010/volume.pvtu         index of the pieces, contact.pvtu and rigid.pvtu alike
 //! fields/step_000010/volume_0000.vtu     the piece of rank 0, contact_0000.vtu alike
+//! fields/step_000010/rigid_0000.vtu      the only piece of rigid bodies
 //! ```
 //!
 //! Points are reference positions: warp by `displacement` to see the deformed bodies. Stress and
 //! det F are constant in each element, as the element computes them. They are not smoothed across
-//! bodies. A case without contact has no contact grid.
+//! bodies. A case without contact has no contact grid, and one without rigid bodies no rigid grid.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -20,13 +22,12 @@ use crate::error::Result;
 
 pub use super::selection::{CellMaterials, Cells, GRID_FIELDS};
 
-use crate::observe::fields::Field;
-
 use super::anchor::Anchor;
+use super::grids::{GridCells, GridFields};
 use super::io_error::unwritable;
 use super::pvd::{PvdEntry, PvdSeries};
 use super::pvtu::{self, Schema};
-use super::selection::{BODY, CONTACT, FieldSelection};
+use super::selection::{BODY, CONTACT, FieldSelection, RIGID};
 use super::vtu;
 
 /// Number of this rank and of all ranks.
@@ -47,16 +48,20 @@ pub struct FieldWriter<const D: usize> {
     ranks: Ranks,
     volume: FieldSelection,
     surface: Option<FieldSelection>,
+    /// On rank 0 only.
+    rigid: Option<FieldSelection>,
     /// The grids of the last step that was written, which [`Self::publish`] indexes.
     written: Vec<(Grid, Schema)>,
     all: PvdSeries,
     contact: PvdSeries,
+    rigid_series: PvdSeries,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Grid {
     Volume,
     Contact,
+    Rigid,
 }
 
 impl Grid {
@@ -64,6 +69,7 @@ impl Grid {
         match self {
             Self::Volume => "volume",
             Self::Contact => "contact",
+            Self::Rigid => "rigid",
         }
     }
 
@@ -73,21 +79,23 @@ impl Grid {
 }
 
 impl<const D: usize> FieldWriter<D> {
-    /// Prepares a writer in the results folder. `surface` is given on all ranks if the case has
-    /// contact, and on no rank otherwise.
+    /// Prepares a writer in the results folder.
     ///
     /// # Errors
     /// This rank can not open the folder.
-    pub fn new(folder: &Path, ranks: Ranks, volume: Cells<D>, surface: Option<Cells<D>>) -> Result<Self> {
+    pub fn new(folder: &Path, ranks: Ranks, cells: &GridCells<D>) -> Result<Self> {
+        let rigid = cells.rigid.filter(|_| ranks.rank == 0);
         Ok(Self {
             folder: folder.to_path_buf(),
             place: Anchor::of(folder)?,
             ranks,
-            volume: FieldSelection::new(&volume, BODY, ranks.rank),
-            surface: surface.map(|cells| FieldSelection::new(&cells, CONTACT, ranks.rank)),
+            volume: FieldSelection::new(&cells.volume, BODY, ranks.rank),
+            surface: cells.surface.map(|cells| FieldSelection::new(&cells, CONTACT, ranks.rank)),
+            rigid: rigid.map(|cells| FieldSelection::new(&cells, RIGID, ranks.rank)),
             written: Vec::new(),
             all: PvdSeries::new(&folder.join("fields.pvd")),
             contact: PvdSeries::new(&folder.join("contact.pvd")),
+            rigid_series: PvdSeries::new(&folder.join("rigid.pvd")),
         })
     }
 
@@ -110,6 +118,7 @@ impl<const D: usize> FieldWriter<D> {
         }
         self.all.drop_lost()?;
         self.contact.drop_lost()?;
+        self.rigid_series.drop_lost()?;
         Ok(before - self.all.steps())
     }
 
@@ -123,6 +132,7 @@ impl<const D: usize> FieldWriter<D> {
     pub fn resume(&mut self, last_step: u64, last_time: f64) -> Result<()> {
         self.all = PvdSeries::resume(&self.folder.join("fields.pvd"), last_time)?;
         self.contact = PvdSeries::resume(&self.folder.join("contact.pvd"), last_time)?;
+        self.rigid_series = PvdSeries::resume(&self.folder.join("rigid.pvd"), last_time)?;
         let entries = std::fs::read_dir(self.folder.join("fields")).into_iter().flatten().flatten();
         let step = |path: &Path| path.file_name()?.to_str()?.strip_prefix("step_")?.parse::<u64>().ok();
         let later =
@@ -137,21 +147,25 @@ impl<const D: usize> FieldWriter<D> {
     ///
     /// # Errors
     /// A field does not fit the mesh (an internal fault), or the disk can not be written.
-    pub fn write(&mut self, step: u64, volume: &[Field], surface: Option<&[Field]>) -> Result<()> {
+    pub fn write(&mut self, step: u64, fields: &GridFields) -> Result<()> {
         self.place.check()?;
-        let written = self.write_pieces(step, volume, surface);
+        let written = self.write_pieces(step, fields);
         self.place.explain(written)
     }
 
-    fn write_pieces(&mut self, step: u64, volume: &[Field], surface: Option<&[Field]>) -> Result<()> {
+    fn write_pieces(&mut self, step: u64, fields: &GridFields) -> Result<()> {
         let folder = self.folder.join(step_folder(step));
         // The results folder itself is not created here: if it was deleted, a single rank must not
         // create it again.
         make_folder(&self.folder.join("fields"))?;
         make_folder(&folder)?;
-        let mut pieces = vec![(Grid::Volume, self.volume.piece::<D>(volume)?)];
-        if let (Some(selection), Some(fields)) = (&self.surface, surface) {
-            pieces.push((Grid::Contact, selection.piece::<D>(fields)?));
+        let mut pieces = vec![(Grid::Volume, self.volume.piece::<D>(fields.volume)?)];
+        let others =
+            [(Grid::Contact, &self.surface, fields.surface), (Grid::Rigid, &self.rigid, fields.rigid)];
+        for (grid, selection, fields) in others {
+            if let (Some(selection), Some(fields)) = (selection, fields) {
+                pieces.push((grid, selection.piece::<D>(fields)?));
+            }
         }
         for (grid, piece) in &pieces {
             vtu::write(&folder.join(grid.piece(self.ranks.rank)), piece)?;
@@ -174,10 +188,17 @@ impl<const D: usize> FieldWriter<D> {
         let mut entries = Vec::new();
         for (grid, schema) in &self.written {
             let file = format!("{}/{}.pvtu", step_folder(step), grid.name());
-            let sources: Vec<String> = (0..self.ranks.size).map(|rank| grid.piece(rank)).collect();
+            let ranks = if *grid == Grid::Rigid { 1 } else { self.ranks.size };
+            let sources: Vec<String> = (0..ranks).map(|rank| grid.piece(rank)).collect();
             pvtu::write(&self.folder.join(&file), schema, &sources)?;
-            if *grid == Grid::Contact {
-                self.contact.add([PvdEntry { time, part: 0, file: file.clone() }])?;
+            let alone = PvdEntry { time, part: 0, file: file.clone() };
+            match grid {
+                Grid::Volume => {}
+                Grid::Contact => self.contact.add([alone])?,
+                Grid::Rigid => {
+                    self.rigid_series.add([alone])?;
+                    continue;
+                }
             }
             entries.push(PvdEntry { time, part: *grid as u32, file });
         }
@@ -210,7 +231,7 @@ mod tests {
     use super::super::vtu_reader::read_piece;
     use super::super::{pvd, pvtu};
     use super::*;
-    use crate::observe::fields::{FieldValues, Location};
+    use crate::observe::fields::{Field, FieldValues, Location};
     use crate::observe::quantity::ReportedQuantity;
 
     /// Two quadrilaterals side by side, six nodes. The second is written; the first belongs to
@@ -230,6 +251,22 @@ mod tests {
 
     fn bottom_edges(mine: &[bool]) -> Cells<'_, 2> {
         Cells { offsets: &[0, 2, 4], nodes: &[0, 1, 1, 2], vtk_types: &[3, 3], ..two_quads(mine) }
+    }
+
+    fn bodies(mine: &[bool]) -> GridCells<'_, 2> {
+        GridCells { volume: two_quads(mine), surface: None, rigid: None }
+    }
+
+    fn both(mine: &[bool]) -> GridCells<'_, 2> {
+        GridCells { surface: Some(bottom_edges(mine)), ..bodies(mine) }
+    }
+
+    fn body_fields(volume: &[Field]) -> GridFields<'_> {
+        GridFields { volume, surface: None, rigid: None }
+    }
+
+    fn both_fields<'a>(volume: &'a [Field], surface: &'a [Field]) -> GridFields<'a> {
+        GridFields { surface: Some(surface), ..body_fields(volume) }
     }
 
     const U: [f64; 12] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5];
@@ -282,9 +319,8 @@ mod tests {
         let scratch = Scratch::new("fields");
         let mine = [false, true];
         let ranks = Ranks { rank: 1, size: 2 };
-        let mut writer =
-            FieldWriter::new(&scratch.0, ranks, two_quads(&mine), Some(bottom_edges(&mine))).unwrap();
-        writer.write(10, &volume_fields(), Some(&surface_fields())).unwrap();
+        let mut writer = FieldWriter::new(&scratch.0, ranks, &both(&mine)).unwrap();
+        writer.write(10, &both_fields(&volume_fields(), &surface_fields())).unwrap();
         let volume = read_piece(&scratch.0.join("fields/step_000010/volume_0001.vtu")).unwrap();
         assert_eq!(volume.points, [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
         assert_eq!(volume.cell(0), [0, 1, 2, 3]);
@@ -309,10 +345,11 @@ mod tests {
         let mine = [[true, true], [false, false]];
         let mut writers = [0, 1].map(|rank| {
             let ranks = Ranks { rank, size: 2 };
-            FieldWriter::new(&scratch.0, ranks, two_quads(&mine[rank]), Some(bottom_edges(&mine[rank])))
-                .unwrap()
+            FieldWriter::new(&scratch.0, ranks, &both(&mine[rank])).unwrap()
         });
-        writers.iter_mut().for_each(|w| w.write(0, &volume_fields(), Some(&surface_fields())).unwrap());
+        writers
+            .iter_mut()
+            .for_each(|w| w.write(0, &both_fields(&volume_fields(), &surface_fields())).unwrap());
         writers[0].publish(0, 0.25).unwrap();
         let folder = scratch.0.join("fields/step_000000");
         for grid in ["volume", "contact"] {
@@ -336,10 +373,9 @@ mod tests {
         let scratch = Scratch::new("fields-lost");
         let mine = [true, true];
         let ranks = Ranks { rank: 0, size: 1 };
-        let mut writer =
-            FieldWriter::new(&scratch.0, ranks, two_quads(&mine), Some(bottom_edges(&mine))).unwrap();
+        let mut writer = FieldWriter::new(&scratch.0, ranks, &both(&mine)).unwrap();
         for step in 0..4 {
-            writer.write(step, &volume_fields(), Some(&surface_fields())).unwrap();
+            writer.write(step, &both_fields(&volume_fields(), &surface_fields())).unwrap();
             writer.publish(step, 0.5 * step as f64).unwrap();
         }
         assert_eq!((writer.drop_lost().unwrap(), writer.steps()), (0, 4));
@@ -362,15 +398,15 @@ mod tests {
     fn late_pieces_are_waited_for() {
         let scratch = Scratch::new("fields-late");
         let writer = |rank: usize, mine: [bool; 2]| {
-            FieldWriter::new(&scratch.0, Ranks { rank, size: 2 }, two_quads(&mine), None).unwrap()
+            FieldWriter::new(&scratch.0, Ranks { rank, size: 2 }, &bodies(&mine)).unwrap()
         };
         let mut first = writer(0, [true, false]);
-        first.write(0, &volume_fields(), None).unwrap();
+        first.write(0, &body_fields(&volume_fields())).unwrap();
         first.publish(0, 0.0).unwrap();
         std::thread::scope(|scope| {
             scope.spawn(|| {
                 sleep(Duration::from_millis(300));
-                writer(1, [false, true]).write(0, &volume_fields(), None).unwrap();
+                writer(1, [false, true]).write(0, &body_fields(&volume_fields())).unwrap();
             });
             assert_eq!((first.drop_lost().unwrap(), first.steps()), (0, 1));
         });
@@ -384,10 +420,10 @@ mod tests {
         let mine = [true, true];
         std::fs::create_dir(&folder).unwrap();
         let ranks = Ranks { rank: 0, size: 1 };
-        let mut writer = FieldWriter::new(&folder, ranks, two_quads(&mine), None).unwrap();
-        writer.write(0, &volume_fields(), None).unwrap();
+        let mut writer = FieldWriter::new(&folder, ranks, &bodies(&mine)).unwrap();
+        writer.write(0, &body_fields(&volume_fields())).unwrap();
         std::fs::rename(&folder, scratch.0.join("other")).unwrap();
-        assert!(writer.write(1, &volume_fields(), None).unwrap_err().message.contains("out: moved"));
+        assert!(writer.write(1, &body_fields(&volume_fields())).unwrap_err().message.contains("out: moved"));
         assert!(!folder.exists());
     }
 
@@ -396,9 +432,8 @@ mod tests {
     fn writes_only_what_the_case_has() {
         let scratch = Scratch::new("fields-static");
         let mine = [true, true];
-        let mut writer =
-            FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
-        writer.write(1, &volume_fields(), None).unwrap();
+        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, &bodies(&mine)).unwrap();
+        writer.write(1, &body_fields(&volume_fields())).unwrap();
         writer.publish(1, 1.0).unwrap();
         let index = std::fs::read_to_string(scratch.0.join("fields/step_000001/volume.pvtu")).unwrap();
         assert!(index.contains("displacement") && !index.contains("velocity"));
@@ -411,10 +446,9 @@ mod tests {
     fn refuses_what_is_no_number() {
         let scratch = Scratch::new("fields-nan");
         let mine = [true, true];
-        let mut writer =
-            FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
+        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, &bodies(&mine)).unwrap();
         for sick in [f64::NAN, f64::INFINITY] {
-            let error = writer.write(1, &[displacement(), det_f(&[1.0, sick])], None).unwrap_err();
+            let error = writer.write(1, &body_fields(&[displacement(), det_f(&[1.0, sick])])).unwrap_err();
             assert!(error.message.contains("`det_f`") && error.exit_code() == 5, "{error}");
         }
         assert!(!scratch.0.join("fields/step_000001/volume_0000.vtu").exists());
@@ -425,9 +459,8 @@ mod tests {
     fn refuses_a_short_field() {
         let scratch = Scratch::new("fields-short");
         let mine = [true, true];
-        let mut writer =
-            FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
-        let error = writer.write(1, &[det_f(&[1.0])], None).unwrap_err();
+        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, &bodies(&mine)).unwrap();
+        let error = writer.write(1, &body_fields(&[det_f(&[1.0])])).unwrap_err();
         assert!(error.message.contains("det_f"), "{error}");
     }
 }

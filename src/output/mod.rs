@@ -18,6 +18,7 @@ pub mod anchor;
 pub mod console;
 pub mod fields;
 pub mod folder;
+pub mod grids;
 pub mod io_error;
 pub mod iterations;
 pub mod lock;

@@ -12,6 +12,7 @@ use crate::observe::probes::{PROBE_FILE, ProbeColumn, ProbeValue};
 use crate::observe::quantity::{DERIVED, DERIVED_FILE, QuantityShape, ReportedQuantity, TableFile};
 use crate::observe::reactions::{REACTION_COLUMNS, REACTION_FILE};
 use crate::observe::rigid::{RIGID_COLUMNS, RIGID_FILE};
+use crate::observe::rigid_surfaces::RIGID_DISPLACEMENT;
 
 const HEAD: &str = "\
 # Columns and fields
@@ -88,8 +89,8 @@ fn names(quantity: &ReportedQuantity, prefix: &str) -> String {
 
 fn fields(page: &mut String) {
     page.push_str(
-        "\n## Fields\n\nWith `format: vtkhdf` the files are `fields.vtkhdf` and `contact.vtkhdf` instead of \
-         `fields.pvd` and\n`contact.pvd`.\n",
+        "\n## Fields\n\nWith `format: vtkhdf` the files are `fields.vtkhdf`, `contact.vtkhdf` and `rigid.vtkhdf` instead \
+         of\n`fields.pvd`, `contact.pvd` and `rigid.pvd`.\n",
     );
     page.push_str("\n| Field | File | At | Unit | Meaning |\n| --- | --- | --- | --- | --- |\n");
     let mut row = |file: &str, at: &str, quantity: &ReportedQuantity| {
@@ -97,7 +98,7 @@ fn fields(page: &mut String) {
         page.push_str(&format!("| `{name}` | {file} | {at} | {unit} | {about} |\n"));
     };
     for field in NODE_FIELDS {
-        let file = if field.on_surfaces { "both" } else { "`fields.pvd`" };
+        let file = if field.on_surfaces { "`fields.pvd`, `contact.pvd`" } else { "`fields.pvd`" };
         row(file, "nodes", &field.quantity);
     }
     let stresses = "`fields.pvd`, with `stresses: true`";
@@ -105,5 +106,6 @@ fn fields(page: &mut String) {
     ELEMENT_FIELDS.iter().for_each(|field| row("`fields.pvd`", "elements", &field.quantity));
     STRESS_FIELDS.iter().for_each(|field| row(stresses, "elements", &field.quantity));
     ContactField::<3>::TABLE.iter().for_each(|field| row("`contact.pvd`", "nodes", &field.quantity));
+    row("`rigid.pvd`", "nodes", &RIGID_DISPLACEMENT);
     GRID_FIELDS.iter().for_each(|(file, at, quantity)| row(file, at, quantity));
 }

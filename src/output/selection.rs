@@ -6,7 +6,8 @@ use super::vtu::{Array, VtuPiece};
 use crate::observe::fields::{Field, FieldValues, Location};
 use crate::observe::quantity::{QuantityShape, ReportedQuantity};
 
-/// Cells on a rank's nodes: the elements of the bodies, or the facets of the contact surfaces.
+/// Cells on a rank's nodes: the elements of the bodies, the facets of the contact surfaces, or those of
+/// rigid bodies.
 ///
 /// Nodes are numbered as in the rank's mesh. Only those that a selected cell uses are written.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +24,7 @@ pub struct Cells<'a, const D: usize> {
     pub vtk_types: &'a [u8],
     /// Cells that this rank writes; each cell of the mesh is written by one rank.
     pub mine: &'a [bool],
-    /// Index of the body (elements) or of the contact (facets) that a cell belongs to.
+    /// Index of the body, of the contact, or of the rigid body that a cell belongs to.
     pub group: &'a [u16],
     /// Materials of the cells; `None` for facets, and if no body has several.
     pub materials: Option<CellMaterials<'a>>,
@@ -54,16 +55,23 @@ const MATERIAL: ReportedQuantity = ReportedQuantity::number(
     "",
     "number of the material, counted over the bodies in the order of the file; if a body has several materials",
 );
+/// Number of the rigid body.
+pub(super) const RIGID: ReportedQuantity = ReportedQuantity::number(
+    "rigid",
+    "",
+    "number of the obstacle or rigid body, in the order of the case, obstacles first",
+);
 /// Number of the contact.
 pub(super) const CONTACT: ReportedQuantity = ReportedQuantity::number("contact", "", "number of the contact");
 
 /// File, location and meaning of the arrays that do not change.
 pub const GRID_FIELDS: &[(&str, &str, ReportedQuantity)] = &[
-    ("both", "nodes", NODE),
+    ("all", "nodes", NODE),
     ("`fields.pvd`", "elements", BODY),
     ("`fields.pvd`", "elements", MATERIAL),
     ("`contact.pvd`", "facets", CONTACT),
-    ("both", "elements, facets", RANK),
+    ("`rigid.pvd`", "facets", RIGID),
+    ("all", "elements, facets", RANK),
 ];
 
 /// A part of a rank's mesh, to which fields are added.

@@ -3,6 +3,7 @@
 //! ```text
 //! fields.vtkhdf      the bodies of all steps
 //! contact.vtkhdf     the contact surfaces of all steps
+//! rigid.vtkhdf       the surfaces of obstacles and rigid bodies, written by rank 0
 //! ```
 //!
 //! A file is an unstructured grid of version 2.0 of the format, with one part for each rank and the
@@ -24,8 +25,9 @@ use nix::fcntl::posix_fallocate;
 
 use super::anchor::Anchor;
 use super::fields::Ranks;
+use super::grids::{GridCells, GridFields};
 use super::io_error::unwritable;
-use super::selection::{BODY, CONTACT, Cells, FieldSelection};
+use super::selection::{BODY, CONTACT, Cells, FieldSelection, RIGID};
 use super::vtu::{Array, VtuPiece, VtuValues};
 use crate::collective::Collective;
 use crate::error::{Error, Result, agree};
@@ -37,6 +39,9 @@ pub const FIELDS_FILE: &str = "fields.vtkhdf";
 
 /// The file of the contact surfaces.
 pub const CONTACT_FILE: &str = "contact.vtkhdf";
+
+/// The file of the surfaces of rigid bodies.
+pub const RIGID_FILE: &str = "rigid.vtkhdf";
 
 /// Version of the format.
 const VERSION: [i64; 2] = [2, 0];
@@ -67,21 +72,23 @@ pub struct OneFileWriter<const D: usize> {
     place: Anchor,
     volume: GridFile,
     surface: Option<GridFile>,
+    rigid: Option<GridFile>,
 }
 
 impl<const D: usize> OneFileWriter<D> {
-    /// Prepares a writer in the results folder. `surface` is given on all ranks if the case has
-    /// contact, and on no rank otherwise.
+    /// Prepares a writer in the results folder.
     ///
     /// # Errors
     /// This rank can not open the folder.
-    pub fn new(folder: &Path, ranks: Ranks, volume: Cells<D>, surface: Option<Cells<D>>) -> Result<Self> {
-        let volume = FieldSelection::new(&volume, BODY, ranks.rank);
-        let surface = surface.map(|cells| FieldSelection::new(&cells, CONTACT, ranks.rank));
+    pub fn new(folder: &Path, ranks: Ranks, cells: &GridCells<D>) -> Result<Self> {
+        let file = |name: &str, cells: Cells<D>, group| {
+            GridFile::new(folder.join(name), FieldSelection::new(&cells, group, ranks.rank))
+        };
         Ok(Self {
             place: Anchor::of(folder)?,
-            volume: GridFile::new(folder.join(FIELDS_FILE), volume),
-            surface: surface.map(|selection| GridFile::new(folder.join(CONTACT_FILE), selection)),
+            volume: file(FIELDS_FILE, cells.volume, BODY),
+            surface: cells.surface.map(|cells| file(CONTACT_FILE, cells, CONTACT)),
+            rigid: cells.rigid.map(|cells| file(RIGID_FILE, cells, RIGID)),
         })
     }
 
@@ -102,7 +109,10 @@ impl<const D: usize> OneFileWriter<D> {
     /// A file is damaged.
     pub fn resume(&mut self, world: &SimpleCommunicator, last_time: f64) -> Result<()> {
         self.volume.resume(world, last_time)?;
-        self.surface.as_mut().map_or(Ok(()), |surface| surface.resume(world, last_time))
+        [&mut self.surface, &mut self.rigid]
+            .into_iter()
+            .flatten()
+            .try_for_each(|file| file.resume(world, last_time))
     }
 
     /// Adds a step at `time` \[s\]. Collective.
@@ -110,23 +120,17 @@ impl<const D: usize> OneFileWriter<D> {
     /// # Errors
     /// A field does not fit the mesh (an internal fault) or is not finite, or the disk can not be
     /// written. The error is the same on all ranks.
-    pub fn write(&mut self, world: &SimpleCommunicator, time: f64, fields: GridFields) -> Result<()> {
+    pub fn write(&mut self, world: &SimpleCommunicator, time: f64, fields: &GridFields) -> Result<()> {
         agree(world, self.place.check())?;
         let mut written = self.volume.write::<D>(world, time, fields.volume);
-        if let (Ok(()), Some(surface), Some(fields)) = (&written, &mut self.surface, fields.surface) {
-            written = surface.write::<D>(world, time, fields);
+        let others = [(&mut self.surface, fields.surface), (&mut self.rigid, fields.rigid)];
+        for (file, fields) in others {
+            if let (Ok(()), Some(file), Some(fields)) = (&written, file, fields) {
+                written = file.write::<D>(world, time, fields);
+            }
         }
         agree(world, self.place.explain(written))
     }
-}
-
-/// The fields of both grids.
-#[derive(Debug, Clone, Copy)]
-pub struct GridFields<'a> {
-    /// Of the bodies.
-    pub volume: &'a [Field],
-    /// Of the contact surfaces; `None` if the case has no contact.
-    pub surface: Option<&'a [Field]>,
 }
 
 /// Where the mesh of this process begins in its file.

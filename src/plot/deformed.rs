@@ -88,9 +88,9 @@ fn magnification<'a>(shots: impl Iterator<Item = &'a Shot>) -> f64 {
 
 fn magnified(shot: &Shot, factor: f64) -> Shot {
     let mut shot = shot.clone();
-    let all =
-        shot.bodies.displacement.iter_mut().chain(shot.surfaces.iter_mut().flat_map(|s| &mut s.displacement));
-    all.flatten().for_each(|u| *u *= factor);
+    let others = shot.surfaces.iter_mut().chain(&mut shot.rigid);
+    let grids = std::iter::once(&mut shot.bodies).chain(others);
+    grids.flat_map(|grid| &mut grid.displacement).flatten().for_each(|u| *u *= factor);
     shot
 }
 
@@ -103,20 +103,12 @@ fn caption(title: &str, shot: &Shot, display: &Display) -> String {
 /// Height of a panel of the given width that the flattest scene fills, within bounds.
 fn panel_height(scenes: &[(Vec<String>, Scene)], width: f64) -> f64 {
     let slimness = scenes.iter().map(|(_, scene)| {
-        let [x, y] = extent(scene);
+        let [x, y] = scene.extent();
         (y[1] - y[0]) / (x[1] - x[0]).max(f64::MIN_POSITIVE)
     });
     let tallest = slimness.fold(0.0, f64::max);
     let lines = scenes.iter().map(|(caption, _)| caption.len()).max().unwrap_or(1);
     ((width - 80.0) * tallest + 90.0).clamp(230.0, 620.0) + LINE * (lines - 1) as f64
-}
-
-fn extent(scene: &Scene) -> [[f64; 2]; 2] {
-    let span = |i: usize| {
-        let along = scene.points().map(|point| point[i]).filter(|x| x.is_finite());
-        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
-    };
-    [span(0), span(1)]
 }
 
 fn draw_panel(
@@ -138,7 +130,7 @@ fn draw_panel(
     } else {
         [left, top + 26.0, right - 12.0, bottom - 8.0]
     };
-    let [x, y] = equal_axes(frame, extent(scene), display);
+    let [x, y] = equal_axes(frame, scene.extent(), display);
     if is_plane {
         draw_axes(canvas, frame, &x, &y)?;
         canvas.text(&y.label, [left + 14.0, (frame[1] + frame[3]) / 2.0], LABEL, TextAnchor::Upward)?;
@@ -148,8 +140,12 @@ fn draw_panel(
         canvas.line(&ends.map(|point| place_in(frame, [&x, &y], point)), Stroke::thin(INK))?;
     }
     let place = |point| place_in(frame, [&x, &y], point);
-    scene.faces.iter().try_for_each(|face| draw_face(canvas, face, place, scale, rim))
+    scene.faces.iter().try_for_each(|face| draw_face(canvas, face, place, scale, rim))?;
+    scene.rigid.iter().try_for_each(|line| canvas.line(&line.map(place), RIGID))
 }
+
+/// Lines of obstacles and rigid bodies.
+const RIGID: Stroke = Stroke { width: 1.4, ..Stroke::thin(INK) };
 
 fn draw_face(
     canvas: &Canvas,
@@ -202,7 +198,7 @@ mod tests {
         let shot = |u: f64| {
             let points = vec![[0.0; 3], [3.0, 4.0, 0.0]];
             let bodies = Grid { points, displacement: vec![[0.0, u, 0.0]; 2], ..Grid::default() };
-            Shot { time: 0.0, surfaces: Some(bodies.clone()), bodies }
+            Shot { time: 0.0, surfaces: Some(bodies.clone()), rigid: None, bodies }
         };
         for (u, factor) in [(0.0, 1.0), (0.06, 1.0), (0.01, 20.0), (8e-4, 200.0), (6e-6, 20_000.0)] {
             assert_eq!(magnification([&shot(u), &shot(0.0)].into_iter()), factor, "{u}");
@@ -218,7 +214,7 @@ mod tests {
     fn captions_have_the_time_in_its_unit() {
         let units = serde_json::json!({ "length": "in", "mass": "slinch", "time": "ms" });
         let milliseconds = Units::deserialize(&units).unwrap();
-        let shot = |time: f64| Shot { time, bodies: Grid::default(), surfaces: None };
+        let shot = |time: f64| Shot { time, bodies: Grid::default(), surfaces: None, rigid: None };
         for (units, time, text) in [
             (Units::SI, 0.07, "a, t = 70 ms"),
             (Units::SI, 0.0, "a, t = 0 s"),

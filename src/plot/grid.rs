@@ -22,7 +22,7 @@ pub struct Grid {
     /// VTK cell type of each cell.
     pub types: Vec<u8>,
     /// The scalar to show \[Pa\]: von Mises stress of each cell of the bodies, or pressure at each
-    /// point of a surface.
+    /// point of a contact surface. Empty for rigid surfaces.
     pub values: Vec<f64>,
 }
 
@@ -51,6 +51,8 @@ pub struct Shot {
     pub bodies: Grid,
     /// The contact surfaces, one value per point; `None` if the case has no contact.
     pub surfaces: Option<Grid>,
+    /// The surfaces of obstacles and rigid bodies, without values; `None` if there are none.
+    pub rigid: Option<Grid>,
 }
 
 impl Shot {
@@ -58,7 +60,7 @@ impl Shot {
     pub fn shown(mut self, units: Units, display: &Display) -> Self {
         let [length, pressure, time] = ["m", "Pa", "s"].map(|si| display.factor(units, si));
         self.time *= time;
-        for grid in std::iter::once(&mut self.bodies).chain(&mut self.surfaces) {
+        for grid in std::iter::once(&mut self.bodies).chain(&mut self.surfaces).chain(&mut self.rigid) {
             let places = grid.points.iter_mut().chain(&mut grid.displacement);
             places.flatten().for_each(|x| *x *= length);
             grid.values.iter_mut().for_each(|value| *value *= pressure);
@@ -77,9 +79,10 @@ pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
             return None;
         }
     };
+    let rigid = rigid_entries(folder);
     for bodies in entries.iter().rev().filter(|entry| entry.part == 0) {
         let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == bodies.time);
-        match read_shot(folder, bodies, surface) {
+        match read_shot(folder, bodies, surface, &rigid) {
             Ok(shot) => return Some(shot),
             Err(e) => notes.push(format!("{e}; the previous step is drawn")),
         }
@@ -109,10 +112,11 @@ pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot>
     };
     chosen.sort_unstable();
     chosen.dedup();
+    let rigid = rigid_entries(folder);
     let mut shots = Vec::new();
     for body in chosen.into_iter().map(|k| bodies[k]) {
         let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == body.time);
-        match read_shot(folder, body, surface) {
+        match read_shot(folder, body, surface, &rigid) {
             Ok(shot) => shots.push(shot),
             Err(e) => notes.push(format!("{e}; this step is omitted")),
         }
@@ -120,16 +124,30 @@ pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot>
     shots
 }
 
-fn read_shot(folder: &Path, bodies: &pvd::PvdEntry, surfaces: Option<&pvd::PvdEntry>) -> Result<Shot> {
+/// The surfaces of rigid bodies at all steps. A run without them, or of an earlier version of the program,
+/// has no such series.
+fn rigid_entries(folder: &Path) -> Vec<pvd::PvdEntry> {
+    pvd::read(&folder.join("rigid.pvd")).unwrap_or_default()
+}
+
+fn read_shot(
+    folder: &Path,
+    bodies: &pvd::PvdEntry,
+    surfaces: Option<&pvd::PvdEntry>,
+    rigid: &[pvd::PvdEntry],
+) -> Result<Shot> {
     let read = |entry: &pvd::PvdEntry, value: Value| read_grid(&folder.join(&entry.file), value);
     let surfaces = surfaces.map(|entry| read(entry, Value::Pressure)).transpose()?;
-    Ok(Shot { time: bodies.time, bodies: read(bodies, Value::VonMises)?, surfaces })
+    let rigid = rigid.iter().find(|entry| entry.time == bodies.time);
+    let rigid = rigid.map(|entry| read(entry, Value::Nothing)).transpose()?;
+    Ok(Shot { time: bodies.time, bodies: read(bodies, Value::VonMises)?, surfaces, rigid })
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Value {
     VonMises,
     Pressure,
+    Nothing,
 }
 
 fn read_grid(index: &Path, value: Value) -> Result<Grid> {
@@ -151,10 +169,11 @@ fn add(grid: &mut Grid, sewn: &mut BTreeMap<i32, usize>, piece: &ReadPiece, valu
         _ => return Err(Error::file("no Int32 array `node`")),
     };
     let displacement = floats(&piece.point_data, "displacement", 3)?;
-    let (name, components) =
-        if value == Value::Pressure { ("contact_pressure", 1) } else { ("cauchy_stress", 6) };
-    let data = if value == Value::Pressure { &piece.point_data } else { &piece.cell_data };
-    let shown = floats(data, name, components)?;
+    let shown = match value {
+        Value::VonMises => floats(&piece.cell_data, "cauchy_stress", 6)?,
+        Value::Pressure => floats(&piece.point_data, "contact_pressure", 1)?,
+        Value::Nothing => &[],
+    };
     let mut place = Vec::with_capacity(numbers.len());
     for (local, number) in numbers.iter().enumerate() {
         let next = grid.points.len();

@@ -60,13 +60,16 @@ pub enum Shown {
     Pressure,
 }
 
-/// The visible faces, far ones first, and the outline of the bodies before they were deformed.
+/// The visible faces, far ones first, the outline of the bodies before they were deformed, and that of
+/// the rigid bodies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// In drawing order.
     pub faces: Vec<Face>,
     /// Edges of the undeformed bodies, in 2D only.
     pub outline: Vec<[[f64; 2]; 2]>,
+    /// Lines of obstacles and rigid bodies near the bodies, in 2D only.
+    pub rigid: Vec<[[f64; 2]; 2]>,
 }
 
 impl Scene {
@@ -91,7 +94,23 @@ impl Scene {
         }
         faces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
         let outline = if is_space { Vec::new() } else { outline(&shot.bodies, &skin) };
-        Self { faces, outline }
+        let mut scene = Self { faces, outline, rigid: Vec::new() };
+        if let (Some(rigid), false) = (&shot.rigid, is_space) {
+            let window = scene.extent().map(|[low, high]| [low - MARGIN * size, high + MARGIN * size]);
+            let lines = rigid.cells.iter().filter_map(|cell| Some([*cell.first()?, *cell.get(1)?]));
+            let lines = lines.map(|ends| ends.map(|point| View::PLANE.flat(current(rigid, point))));
+            scene.rigid = lines.filter_map(|line| inside(line, window)).collect();
+        }
+        scene
+    }
+
+    /// Smallest and largest coordinates on the sheet.
+    pub fn extent(&self) -> [[f64; 2]; 2] {
+        let span = |i: usize| {
+            let along = self.points().map(|point| point[i]).filter(|x| x.is_finite());
+            along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+        };
+        [span(0), span(1)]
     }
 
     /// All points on the sheet.
@@ -100,7 +119,31 @@ impl Scene {
             .iter()
             .flat_map(|face| face.corners.iter().copied())
             .chain(self.outline.iter().flatten().copied())
+            .chain(self.rigid.iter().flatten().copied())
     }
+}
+
+/// Distance from the bodies up to which rigid bodies are drawn, per size of the bodies. With half of it
+/// a tool can hardly be recognised; with twice the value it takes space from the bodies.
+const MARGIN: f64 = 0.08;
+
+/// The part of a line that is within a rectangle; `None` if it is outside.
+fn inside([from, to]: [[f64; 2]; 2], window: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+    let mut range = [0.0_f64, 1.0_f64];
+    for i in 0..2 {
+        let way = to[i] - from[i];
+        let [low, high] = window[i];
+        if way == 0.0 {
+            if from[i] < low || from[i] > high {
+                return None;
+            }
+            continue;
+        }
+        let ends = [(low - from[i]) / way, (high - from[i]) / way];
+        range = [range[0].max(ends[0].min(ends[1])), range[1].min(ends[0].max(ends[1]))];
+    }
+    let at = |t: f64| [0, 1].map(|i| from[i] + (to[i] - from[i]) * t);
+    (range[0] < range[1]).then(|| range.map(at))
 }
 
 /// Faces to draw: all cells in 2D, and in 3D the surface of the bodies, which consists of faces
@@ -173,7 +216,7 @@ mod tests {
         };
         let surfaces =
             Grid { cells: vec![vec![0, 1, 4, 3]], types: vec![9], values: vec![4.0; 12], ..bodies.clone() };
-        Shot { time: 1.0, bodies, surfaces: Some(surfaces) }
+        Shot { time: 1.0, bodies, surfaces: Some(surfaces), rigid: None }
     }
 
     /// The face between two cubes is hidden, and the nearest face comes last.
@@ -218,9 +261,30 @@ mod tests {
         let cubes = cubes().bodies;
         let flat = Grid { cells: vec![vec![0, 1, 4, 3], vec![1, 2, 5, 4]], types: vec![9, 9], ..cubes };
         let moved = Grid { displacement: vec![[5.0, 0.0, 0.0]; 12], ..flat };
-        let scene = Scene::of(&Shot { time: 0.0, bodies: moved, surfaces: None }, Shown::VonMises);
+        let scene =
+            Scene::of(&Shot { time: 0.0, bodies: moved, surfaces: None, rigid: None }, Shown::VonMises);
         assert_eq!(scene.outline.len(), 6);
         assert!(scene.outline.iter().flatten().all(|point| point[0] <= 2.0));
         assert!(scene.faces.iter().flat_map(|face| &face.corners).all(|point| point[0] >= 5.0));
+    }
+
+    /// A floor is drawn below the bodies only, and a tool far away not at all.
+    #[test]
+    fn rigid_bodies_are_drawn_near_the_bodies() {
+        let cubes = cubes().bodies;
+        let flat = Grid { cells: vec![vec![0, 1, 4, 3], vec![1, 2, 5, 4]], types: vec![9, 9], ..cubes };
+        let floor = Grid {
+            points: vec![[-9.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 5.0, 0.0], [1.0, 5.0, 0.0]],
+            displacement: vec![[0.0; 3]; 4],
+            cells: vec![vec![0, 1], vec![2, 3]],
+            types: vec![3, 3],
+            values: Vec::new(),
+        };
+        let margin = MARGIN * flat.diagonal();
+        let shot = Shot { time: 0.0, bodies: flat, surfaces: None, rigid: Some(floor) };
+        let scene = Scene::of(&shot, Shown::VonMises);
+        let [[from, to]] = scene.rigid[..] else { panic!("{:?}", scene.rigid) };
+        assert!((from[0] + margin).abs() < 1e-12 && (to[0] - 2.0 - margin).abs() < 1e-12);
+        assert_eq!([from[1], to[1]], [0.0, 0.0]);
     }
 }

@@ -64,7 +64,7 @@ impl Stroke {
     }
 
     /// A thin solid line.
-    pub fn thin(colour: RGBColor) -> Self {
+    pub const fn thin(colour: RGBColor) -> Self {
         Self { colour, dash: &[], width: 0.7, mark: 0.0 }
     }
 }

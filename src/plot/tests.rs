@@ -17,6 +17,7 @@ use crate::observe::quantity::{ReportedQuantity, TableFile, headings};
 use crate::output::fields::{Cells, FieldWriter, Ranks};
 use crate::output::folder::ResultsFolder;
 use crate::output::folder::tests::Scratch;
+use crate::output::grids::{GridCells, GridFields};
 use crate::output::iterations::{IterationRow, IterationTable};
 use crate::output::record::{Record, Totals, Verdict};
 use crate::output::table::{Cell, Table};
@@ -192,7 +193,8 @@ fn write_fields<const D: usize>(path: &Path, rank: usize, steps: &[(u64, f64)]) 
         group: &group[i],
         materials: None,
     };
-    let mut writer = FieldWriter::new(path, Ranks { rank, size: 2 }, cells(0), Some(cells(1))).unwrap();
+    let grids = GridCells { volume: cells(0), surface: Some(cells(1)), rigid: None };
+    let mut writer = FieldWriter::new(path, Ranks { rank, size: 2 }, &grids).unwrap();
     let det_f = vec![0.95; mine[0].len()];
     let field = |quantity: ReportedQuantity, location: Location, values: &[f64]| Field {
         quantity,
@@ -208,7 +210,8 @@ fn write_fields<const D: usize>(path: &Path, rank: usize, steps: &[(u64, f64)]) 
     ];
     let surface = [displacement, at_nodes(ReportedQuantity::number("contact_pressure", "Pa", ""), &pressure)];
     for &(step, time) in steps {
-        writer.write(step, &fields, Some(&surface)).unwrap();
+        let fields = GridFields { volume: &fields, surface: Some(&surface), rigid: None };
+        writer.write(step, &fields).unwrap();
         if rank == 0 {
             writer.publish(step, time).unwrap();
         }

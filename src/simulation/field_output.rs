@@ -6,7 +6,8 @@ use mpi::traits::Communicator;
 use crate::case::{Case, FieldFormat};
 use crate::error::{Result, agree};
 use crate::output::fields::FieldWriter;
-use crate::output::vtkhdf::{FIELDS_FILE, GridFields, OneFileWriter};
+use crate::output::grids::GridFields;
+use crate::output::vtkhdf::{FIELDS_FILE, OneFileWriter};
 use crate::petsc::require_hdf5;
 use crate::reader::complaint::Complaint;
 
@@ -69,11 +70,11 @@ impl<const D: usize> FieldOutput<D> {
         world: &SimpleCommunicator,
         step: u64,
         time: f64,
-        fields: GridFields,
+        fields: &GridFields,
     ) -> Result<()> {
         match self {
             Self::Pieces(writer) => {
-                agree(world, writer.write(step, fields.volume, fields.surface))?;
+                agree(world, writer.write(step, fields))?;
                 let own = if world.rank() == 0 { writer.publish(step, time) } else { Ok(()) };
                 agree(world, own)
             }

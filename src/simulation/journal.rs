@@ -17,6 +17,7 @@ use crate::advice::precision::Precision;
 use crate::advice::{locking, magnitudes, precision};
 use crate::assembly::ContactSystem;
 use crate::case::{Case, Derived, FieldFormat};
+use crate::contact::obstacle::Obstacle;
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
 use crate::model::Model;
@@ -28,6 +29,8 @@ use crate::observe::lines::{self, WatchedPoint};
 use crate::observe::loads::load_reports;
 use crate::observe::probes::{self, Watched};
 use crate::observe::reactions::reactions;
+use crate::observe::rigid;
+use crate::observe::rigid_surfaces::{RigidShape, RigidSurfaces};
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
 use crate::output::folder::RECORD;
@@ -36,6 +39,7 @@ use crate::output::summary::StartUp;
 use crate::output::table::Marks;
 use crate::partition::Report;
 use crate::petsc::{Event, Session, blas_threads};
+use crate::reader::at::At;
 use crate::solvers::{SolveReport, Strategy};
 use crate::time::StepControl;
 
@@ -52,6 +56,10 @@ pub struct Journal<const D: usize> {
     every: u64,
     /// Whether the fields include derived and nodal stresses.
     pub(super) stresses: bool,
+    /// The obstacles and rigid bodies.
+    pub(super) rigid_shapes: Vec<RigidShape<D>>,
+    /// Their surfaces, if fields are written.
+    pub(super) rigid_surfaces: RigidSurfaces<D>,
     /// Format of the fields.
     pub(super) format: FieldFormat,
     /// Whether the case requests the table of the bodies.
@@ -114,6 +122,8 @@ impl<const D: usize> Journal<D> {
             tables,
             fields: None,
             every,
+            rigid_shapes: rigid_shapes(case),
+            rigid_surfaces: RigidSurfaces::default(),
             stresses: case.output.fields.stresses,
             format: case.output.fields.format.value,
             bodies: case.output.bodies,
@@ -163,6 +173,7 @@ impl<const D: usize> Journal<D> {
         let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, marks);
         agree(self.session.world(), self.tables.as_mut().map_or(Ok(()), watch))?;
         if self.every > 0 {
+            self.rigid_surfaces = RigidSurfaces::new(system, &self.rigid_shapes);
             let mut fields = agree(self.session.world(), self.field_writer(system))?;
             let mut lost = 0;
             if let Some((past, time)) = &self.past {
@@ -255,7 +266,7 @@ impl<const D: usize> Journal<D> {
         self.now = CurrentSolve::default();
         self.console.begin(control.time(), control.end());
         self.rows(system, stage, ledger, ledger.now(), 0.0)?;
-        self.write_fields(system, stage)?;
+        self.write_fields(system, stage, ledger)?;
         self.measure();
         self.record.start_phases.clone_from(&self.record.phases);
         self.write_record(stage.trial.time)
@@ -282,7 +293,7 @@ impl<const D: usize> Journal<D> {
         self.rows(system, stage, ledger, energies, stage.dt)?;
         let last = stage.trial.time >= self.end * (1.0 - 1e-12);
         if last || self.step.is_multiple_of(self.every) {
-            self.write_fields(system, stage)?;
+            self.write_fields(system, stage, ledger)?;
             self.write_record(stage.trial.time)?;
         }
         self.record.simulated_time = stage.trial.time;
@@ -309,7 +320,8 @@ impl<const D: usize> Journal<D> {
     ) -> Result<()> {
         let points = probes::report(system, &self.watched, stage)?;
         let along = lines::report(system, &self.line_points, stage)?;
-        let contacts = contact::reports(system, stage, ledger.contacts());
+        let resultants = contact::resultants(system, stage);
+        let contacts = contact::reports(system, stage, ledger.contacts(), &resultants);
         for (penetration, report) in self.record.penetrations.iter_mut().zip(&contacts) {
             let number = |column: ContactColumn<D>| report.number(&column);
             penetration.deepest = penetration.deepest.max(number(ContactColumn::MAX_PENETRATION));
@@ -320,7 +332,7 @@ impl<const D: usize> Journal<D> {
             penetration.force = penetration.force.max(number(ContactColumn::FORCE_N));
         }
         let reactions = reactions(system, &stage.trial.u, ledger.reactions());
-        let rigid = ledger.rigid();
+        let rigid = rigid::reports(system, ledger, &resultants);
         let bodies = if self.bodies { body_reports(system, stage) } else { Vec::new() };
         let loads = if self.loads { load_reports(system, stage) } else { Vec::new() };
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
@@ -438,6 +450,15 @@ impl<const D: usize> Journal<D> {
         let written = self.record.write(&self.folder);
         settled.and(written)
     }
+}
+
+/// The obstacles and rigid bodies of a case, in its order.
+fn rigid_shapes<const D: usize>(case: &Case) -> Vec<RigidShape<D>> {
+    let shape = |(name, obstacle): (&At<String>, &Obstacle)| RigidShape {
+        name: name.value.clone(),
+        shape: obstacle.shape(),
+    };
+    case.shapes().map(shape).collect()
 }
 
 /// Warning about field files that disappeared during a run or before it was resumed.

@@ -1,6 +1,7 @@
 //! Force and moment of a contact on its contactor, from the forces of its nodes.
 
 use std::collections::HashMap;
+use std::iter::Sum;
 
 use super::candidates::Candidates;
 use super::contact::{ContactSink, VertexContact};
@@ -64,6 +65,16 @@ impl<const D: usize> ContactResultant<D> {
     }
 }
 
+impl<const D: usize> Sum for ContactResultant<D> {
+    fn sum<I: Iterator<Item = Self>>(parts: I) -> Self {
+        parts.fold(Self::default(), |sum, part| Self {
+            force: sum.force + part.force,
+            first_moment: sum.first_moment + part.first_moment,
+            size: sum.size + part.size,
+        })
+    }
+}
+
 /// Adds up the forces on the nodes of a contactor.
 struct ResultantSink<const D: usize> {
     places: HashMap<u32, Vector<D>>,
@@ -118,6 +129,13 @@ mod tests {
         sink.force(&[3, 5, 9], &[0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 0.0, 7.0, 7.0]);
         assert_eq!(sink.sum.moment(), [6.0, -6.0, 0.0]);
         assert_eq!(sink.sum.centre(), Some(Vector::<3>::new(2.0, 2.0, 0.0)));
+        let part = |x: f64, force: f64| ContactResultant::<2> {
+            force: Vector::<2>::new(0.0, force),
+            first_moment: Vector::<2>::new(0.0, force) * Vector::<2>::new(x, 0.0).transpose(),
+            size: force.abs(),
+        };
+        let both = [part(1.0, 1.0), part(4.0, 2.0)].into_iter().sum::<ContactResultant<2>>();
+        assert_eq!((both.size, both.centre()), (3.0, Some(Vector::<2>::new(3.0, 0.0))));
         sink.force(&[3], &[0.0, 0.0, -3.0]);
         assert_eq!(sink.sum.centre(), None);
         let mut plane = ResultantSink {

@@ -1,9 +1,12 @@
 //! Capsule: a cylinder with round ends, in the plane a stadium.
 
+use std::f64::consts::PI;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::check_place;
+use super::drawing::{Drawing, Window};
 use super::shape::{Outline, Proximity, Shape, tube_about};
 use super::side::Side;
 use super::solid::{SolidMoments, rounded_box};
@@ -105,6 +108,20 @@ impl<const D: usize> Shape<D> for Capsule<D> {
         let columns: [Vector<D>; D] = std::array::from_fn(|i| if i == 0 { axis } else { across[i - 1] });
         let rotation = Tensor::from_columns(&columns);
         (self.side == Side::Outside).then(|| rounded_box((from + to) * 0.5, &half, self.radius, &rotation))
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        let [from, to] = self.ends;
+        let length = (to - from).norm();
+        let axis = (to - from) / length;
+        let end =
+            |along: f64, angles: [f64; 2]| window.arc(Vector::<2>::new(0.0, along), self.radius, angles);
+        if D == 2 {
+            let outline = end(0.0, [-PI, 0.0]).chain(end(length, [0.0, PI]));
+            return Drawing::chain_about(outline, true, &from, &axis);
+        }
+        let side: Vec<_> = end(0.0, [-0.5 * PI, 0.0]).chain(end(length, [0.0, 0.5 * PI])).collect();
+        Drawing::revolved(&side, false, &from, &axis, window)
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

@@ -1,9 +1,12 @@
 //! Infinite cone with a round tip, in the plane a wedge.
 
+use std::f64::consts::PI;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{check_direction, check_place};
+use super::drawing::{Drawing, Window};
 use super::shape::{CENTRE, Outline, Proximity, Shape, tube_about};
 use super::side::Side;
 use super::{numbers, tangents_of};
@@ -124,6 +127,21 @@ impl<const D: usize> Shape<D> for Cone<D> {
             motions[0] = cross(&self.axis, &(x - self.centre));
         }
         motions
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        let flank = self.sine.asin();
+        let length = window.reach() + (window.centre - self.centre).norm();
+        let end = Vector::<2>::new(self.cosine, -self.sine) * self.radius
+            + Vector::<2>::new(self.sine, self.cosine) * length;
+        let side: Vec<_> =
+            window.arc(Vector::<2>::zeros(), self.radius, [-0.5 * PI, -flank]).chain([end]).collect();
+        if D == 2 {
+            let other = side.iter().skip(1).rev().map(|x| Vector::<2>::new(-x[0], x[1]));
+            let outline: Vec<_> = other.chain(side.iter().copied()).collect();
+            return Drawing::chain_about(outline, false, &self.centre, &self.axis);
+        }
+        Drawing::revolved(&side, false, &self.centre, &self.axis, window)
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{check_direction, check_place, check_radius};
+use super::drawing::{Drawing, Window, round_cuboid};
 use super::shape::{Outline, Proximity, Shape};
 use super::side::Side;
 use super::solid::{SolidMoments, rounded_box};
@@ -153,6 +154,12 @@ impl<const D: usize> Shape<D> for Cuboid<D> {
     fn solid(&self) -> Option<SolidMoments<D>> {
         (self.side == Side::Outside)
             .then(|| rounded_box(self.centre, &self.half, self.radius, &self.rotation))
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        let mut drawing = round_cuboid(&self.half, self.radius, window);
+        drawing.points.iter_mut().for_each(|x| *x = self.centre + self.rotation * *x);
+        drawing
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{check_direction, check_place};
+use super::drawing::{Drawing, Window};
 use super::shape::{Core, Proximity, RoundSurface, Shape};
 use super::side::Side;
 use super::{numbers, tangents_of};
@@ -105,6 +106,12 @@ impl<const D: usize> Shape<D> for Cylinder<D> {
         motions[0] = self.axis;
         motions[1] = cross(&self.axis, &self.surface.offset(x, &self.transverse));
         motions
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        let middle = self.point + self.axis * self.axis.dot(&(window.centre - self.point));
+        let line = [-1.0, 1.0].map(|end| Vector::<2>::new(self.radius, end * window.reach()));
+        Drawing::revolved(&line, false, &middle, &self.axis, window)
     }
 
     fn anchored(&self, near: &Vector<D>) -> Box<dyn Shape<D>> {

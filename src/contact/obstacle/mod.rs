@@ -5,6 +5,7 @@
 //! tangent therefore contains the complete geometry.
 
 mod check;
+mod drawing;
 mod shape;
 mod side;
 mod solid;
@@ -14,6 +15,7 @@ pub use capsule::Capsule;
 pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
+pub use drawing::{Drawing, Window, draw};
 pub use plane::Plane;
 pub use polyline::Polyline;
 pub use shape::{Core, Outline, Proximity, Shape, is_flat_along};

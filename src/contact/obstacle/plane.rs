@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{check_direction, check_place};
+use super::drawing::{Drawing, Window, flat};
 use super::shape::{Proximity, Shape};
 use super::{numbers, tangents_of};
 use crate::reader::at::At;
@@ -90,6 +91,10 @@ impl<const D: usize> Shape<D> for Plane<D> {
             motions[2] = first * second.dot(&arm) - second * first.dot(&arm);
         }
         motions
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        flat(window.centre - self.normal * self.gap(&window.centre), &self.normal, window)
     }
 
     fn anchored(&self, near: &Vector<D>) -> Box<dyn Shape<D>> {

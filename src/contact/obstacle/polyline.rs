@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::drawing::{Drawing, Window, beside};
 use super::numbers;
 use super::shape::{Outline, Proximity, Shape, tube_about};
 use super::side::Side;
@@ -295,6 +296,24 @@ impl<const D: usize> Shape<D> for Polyline<D> {
             centroid: Vector::from_fn(|i, _| flat.centroid[i]),
             second: Tensor::from_fn(|i, j| flat.second[(i, j)]),
         })
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        let chain = self.points.iter().map(|x| Vector::<2>::new(x[0], x[1]));
+        let around: Vec<_> = match self.bounded {
+            Some(sign) if sign < 0.0 => chain.rev().collect(),
+            Some(_) => chain.collect(),
+            // Once along each side.
+            None => {
+                chain.clone().chain(chain.rev().skip(1).take(self.points.len().saturating_sub(2))).collect()
+            }
+        };
+        // In notches the curve beside the chain is within the radius of other lines.
+        let is_surface = |x: &Vector<2>| {
+            let x = Vector::from_fn(|i, _| if i < 2 { x[i] } else { 0.0 });
+            self.gap(&x).abs() <= 1e-6 * self.radius
+        };
+        Drawing::chain(beside(&around, self.radius, window).into_iter().filter(is_surface), true)
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

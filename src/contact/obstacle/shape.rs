@@ -3,6 +3,7 @@
 
 use std::fmt::Debug;
 
+use super::drawing::{Drawing, Window};
 use super::side::Side;
 use super::solid::SolidMoments;
 use super::tangents_of;
@@ -69,6 +70,10 @@ pub trait Shape<const D: usize>: Debug {
     fn solid(&self) -> Option<SolidMoments<D>> {
         None
     }
+
+    /// Facets on the surface for a picture of what is in the window. Shapes without ends extend beyond
+    /// it.
+    fn facets(&self, window: &Window<D>) -> Drawing<D>;
 
     /// Velocities at `x` of the motions that map the shape onto itself and so change no gap. Unused
     /// entries are zero.

@@ -1,9 +1,12 @@
 //! Sphere, in the plane a disc.
 
+use std::f64::consts::PI;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::check_place;
+use super::drawing::{Drawing, Window, in_direction};
 use super::numbers;
 use super::shape::{Core, Proximity, RoundSurface, Shape};
 use super::side::Side;
@@ -93,6 +96,15 @@ impl<const D: usize> Shape<D> for Sphere<D> {
     fn solid(&self) -> Option<SolidMoments<D>> {
         (self.side == Side::Outside)
             .then(|| rounded_box(self.centre, &Vector::zeros(), self.radius, &Tensor::identity()))
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        let circle = window.circle(Vector::<2>::zeros(), self.radius);
+        if D == 2 {
+            return Drawing::chain_about(circle, true, &self.centre, &in_direction(1));
+        }
+        let half: Vec<_> = window.arc(Vector::<2>::zeros(), self.radius, [-0.5 * PI, 0.5 * PI]).collect();
+        Drawing::revolved(&half, false, &self.centre, &in_direction(2), window)
     }
 
     fn anchored(&self, near: &Vector<D>) -> Box<dyn Shape<D>> {

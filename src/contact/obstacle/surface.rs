@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::check_direction;
+use super::drawing::{Drawing, Window};
 use super::shape::{Outline, Proximity, Shape};
 use super::side::Side;
 use super::solid::SolidMoments;
@@ -225,6 +226,17 @@ impl<const D: usize> Shape<D> for Surface<D> {
             centroid: Vector::from_fn(|i, _| whole.centroid.iter().nth(i).copied().unwrap_or(0.0)),
             second: Tensor::from_fn(entry),
         })
+    }
+
+    /// The corners of the triangles. Edges that a radius rounds are left open.
+    fn facets(&self, _window: &Window<D>) -> Drawing<D> {
+        let mut drawing = Drawing::default();
+        for corners in self.surface.iter().flat_map(|surface| surface.corners(self.radius)) {
+            let nodes = corners
+                .map(|x| drawing.point(Vector::from_fn(|i, _| x.iter().nth(i).copied().unwrap_or(0.0))));
+            drawing.facet(&nodes);
+        }
+        drawing
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

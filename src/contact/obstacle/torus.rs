@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{check_direction, check_place};
+use super::drawing::{Drawing, Window};
 use super::shape::{CENTRE, Outline, Proximity, Shape};
 use super::side::Side;
 use super::solid::{SolidMoments, ring};
@@ -127,6 +128,11 @@ impl<const D: usize> Shape<D> for Torus<D> {
 
     fn solid(&self) -> Option<SolidMoments<D>> {
         (self.side == Side::Outside).then(|| ring(self.centre, &self.axis, self.ring, self.tube))
+    }
+
+    fn facets(&self, window: &Window<D>) -> Drawing<D> {
+        let tube = window.circle(Vector::<2>::new(self.ring, 0.0), self.tube);
+        Drawing::revolved(&tube, true, &self.centre, &self.axis, window)
     }
 
     fn anchored(&self, _near: &Vector<D>) -> Box<dyn Shape<D>> {

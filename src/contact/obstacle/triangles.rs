@@ -55,6 +55,16 @@ impl TriangleSurface {
         sums.finish()
     }
 
+    /// Corners of all patches, moved outward by a distance \[m\].
+    pub fn corners(&self, distance: f64) -> impl Iterator<Item = [Vector<3>; 3]> {
+        let corner = move |patch: &Patch, [u, v]: [f64; 2]| {
+            let [along, across] = patch.tangents(u, v);
+            patch.at(u, v) + along.cross(&across).normalize() * distance
+        };
+        let ends = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        self.patches.iter().map(move |patch| ends.map(|end| corner(patch, end)))
+    }
+
     /// The point of the surface that is closest to `x` \[m\].
     pub fn nearest(&self, x: &Vector<3>) -> NearestPoint {
         let mut best: Option<(usize, Foot)> = None;
