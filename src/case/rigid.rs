@@ -42,7 +42,7 @@ pub struct FreeMotion {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<At<Vec<Quantity<1, 2, 0>>>>,
     /// Density \[kg/m3\], in place of `mass`, `inertia` and `center`, of a shape that is a solid: a
-    /// sphere, box, capsule, torus, closed polyline, or surface without `radius`.
+    /// sphere, box, capsule, torus, turned solid, closed polyline, or surface without `radius`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<Density>,
     /// Centre of mass in the reference configuration \[m\]. If absent, that of the solid if there is a

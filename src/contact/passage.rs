@@ -259,7 +259,7 @@ fn is_between<const D: usize>(x: &Vector<D>, corners: &[Vector<D>; D]) -> bool {
 mod tests {
     use super::*;
     use crate::contact::obstacle::{
-        BoxObstacle, CapsuleObstacle, Cylinder, Obstacle, Plane, Side, Sphere, TorusObstacle,
+        BoxObstacle, CapsuleObstacle, Cylinder, Obstacle, Plane, Side, Sphere, TorusObstacle, TurnedObstacle,
     };
 
     /// Half of the radius of the larger discs and balls in these tests.
@@ -295,11 +295,15 @@ mod tests {
     fn shapes_with_edges_are_passed_by_their_faces_only() {
         let shape = |obstacle: Obstacle| obstacle.shape::<3>();
         let plate = shape(BoxObstacle::of(&[0.0; 3], &[4.0, 4.0, 0.1], 0.02, Side::Outside).into());
-        assert!(path([0.0, 0.0, 1.0], [0.1, 0.0, -3.0]).passes_obstacle(&*plate));
-        assert!(path([0.0, 0.0, 1.0], [0.1, 0.0, -0.02]).passes_obstacle(&*plate), "beyond the middle");
-        assert!(!path([0.0, 0.0, 1.0], [0.1, 0.0, 0.02]).passes_obstacle(&*plate));
-        assert!(!path([1.99, 0.0, 0.049], [2.0, 0.0, 0.0]).passes_obstacle(&*plate), "around an edge");
-        assert!(!path([3.0, 0.0, 1.0], [3.0, 0.0, -1.0]).passes_obstacle(&*plate));
+        let profile = [[0.0, -0.03], [1.98, -0.03], [1.98, 0.03], [0.0, 0.03]];
+        let disc = TurnedObstacle::of([0.0; 3], [0.0, 0.0, 1.0], &profile, 0.02, Side::Outside);
+        for plate in [plate, shape(disc.into())] {
+            assert!(path([0.0, 0.0, 1.0], [0.1, 0.0, -3.0]).passes_obstacle(&*plate));
+            assert!(path([0.0, 0.0, 1.0], [0.1, 0.0, -0.02]).passes_obstacle(&*plate), "beyond the middle");
+            assert!(!path([0.0, 0.0, 1.0], [0.1, 0.0, 0.02]).passes_obstacle(&*plate));
+            assert!(!path([1.99, 0.0, 0.049], [2.0, 0.0, 0.0]).passes_obstacle(&*plate), "around an edge");
+            assert!(!path([3.0, 0.0, 1.0], [3.0, 0.0, -1.0]).passes_obstacle(&*plate));
+        }
         let ring = shape(TorusObstacle::of([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.1], Side::Outside).into());
         assert!(path([1.0, 0.0, 1.0], [1.0, 0.0, -1.0]).passes_obstacle(&*ring));
         assert!(path([3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]).passes_obstacle(&*ring), "on both sides");

@@ -209,6 +209,8 @@ fn what_is_wrong_with_a_free_body_is_reported() {
 fn shapes_of_rigid_bodies_are_checked() {
     let cone = |rest: &str| format!("cone: {{ tip: [0, 0], axis: [0, 1], {rest} }}");
     let cuboid = |rest: &str| format!("box: {{ center: [0, 0], {rest} }}");
+    let turned =
+        |rest: &str| format!("turned: {{ point: [0, 0, 0], axis: [0, 0, 2], profile: [{rest}], radius: 1 }}");
     for (dimension, shape) in [
         (2, cone("half_angle: 1.227, radius: 1 mm")),
         (2, cuboid("size: [1, 2], radius: 0.5, angle: 0.3, side: inside")),
@@ -217,6 +219,8 @@ fn shapes_of_rigid_bodies_are_checked() {
         (2, "capsule: { from: [0, 0], to: [1, 0], radius: 0.1 }".to_owned()),
         (3, "torus: { center: [0, 0, 0], axis: [0, 0, 2], ring_radius: 1, tube_radius: 0.5 }".to_owned()),
         (3, "box: { center: [0, 0, 0], size: [1, 2, 3], radius: 0.1, angle: 1, axis: [1, 0, 0] }".to_owned()),
+        (3, turned("[0, 0], [100 mm, 0], [0.1, 0.3], [0, 0.3]").replace(" }", ", side: inside }")),
+        (3, turned("[1.5, 0], [2.5, 0], [2, 1]")),
     ] {
         let text = case(dimension, &format!("{{ shape: {{ {shape} }} }}"));
         let read = Case::parse(&text, "case.yml").unwrap_or_else(|error| panic!("{error}"));
@@ -299,6 +303,64 @@ fn shapes_of_rigid_bodies_are_checked() {
             2,
             "polyline: { points: [[0, 0], [1, 0]], side: inside, radius: 1 }".to_owned(),
             &["an open polyline has no inside", "closed: true"],
+        ),
+        (2, turned("[0, 0], [1, 0], [0, 1]"), &["a turned solid is a 3D obstacle", "closed `polyline`"]),
+        (
+            3,
+            turned("[0, 0], [0, 1]"),
+            &["case.yml:7:74", "needs at least 3 points, found 2", "`capsule`", "`torus`"],
+        ),
+        (3, turned("[0, 0], [1], [0, 1]"), &["case.yml:7:83", "point 2", "2 entries [r, z], found 1"]),
+        (
+            3,
+            turned("[0, 0], [-1, 0], [0, 1]"),
+            &["case.yml:7:83", "point 2", "r >= 0, found -1", "one side of the axis"],
+        ),
+        (
+            3,
+            turned("[0, 0], [1, 0], [0, 1], [1, 2], [0, 3]"),
+            &["case.yml:7:91", "point 3", "on the axis between the ends", "two obstacles"],
+        ),
+        (
+            3,
+            turned("[0, 0], [1, 0], [2, 1]"),
+            &["case.yml:7:91", "one end on the axis, and point 3 at r = 2", "both ends have r = 0"],
+        ),
+        (
+            3,
+            turned("[2, 0], [2, 1], [0, 1]"),
+            &["case.yml:7:75", "one end on the axis, and point 1 at r = 2", "both ends have r = 0"],
+        ),
+        (
+            3,
+            turned("[1, 0], [2, 0], [1.5, 1]"),
+            &["smaller than the distance 1 of its profile", "found 1", "start and end at r = 0"],
+        ),
+        (
+            3,
+            turned("[0, 0], [1, 0], [1, 0], [0, 1]"),
+            &["case.yml:7:83", "points 2 and 3 of a profile are the same", "remove one"],
+        ),
+        (
+            3,
+            turned("[2, 0], [3, 0], [3, 1], [2, 0]"),
+            &["points 4 and 1 of a profile are the same", "the last point is not repeated"],
+        ),
+        (3, turned("[2, 0], [3, 1], [4, 2]"), &["encloses no area", "along the outline"]),
+        (
+            3,
+            turned("[0, 0], [2, 1], [2, 0], [0, 1]"),
+            &["case.yml:7:75", "lines from points 1 and 3 of the profile meet", "must not touch itself"],
+        ),
+        (
+            3,
+            turned("[0, 0], [1, 0], [0, 1]").replace("radius: 1", "radius: 0"),
+            &["radius of a turned solid must be > 0", "a sharp edge has no normal"],
+        ),
+        (
+            3,
+            turned("[0, 0], [1, 0], [0, 1]").replace("[0, 0, 2]", "[0, 0, 0]"),
+            &["the axis of a turned solid is zero"],
         ),
     ];
     for (dimension, shape, fragments) in rows {

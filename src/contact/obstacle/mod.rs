@@ -4,6 +4,7 @@
 //! The gradient of a signed distance `g(x)` is the normal, and its Hessian the curvature. The
 //! tangent therefore contains the complete geometry.
 
+mod chain;
 mod check;
 mod drawing;
 mod shape;
@@ -24,6 +25,7 @@ pub use solid::SolidMoments;
 pub use sphere::Sphere;
 pub use surface::Surface;
 pub use torus::Torus;
+pub use turned::Turned;
 
 use std::rc::Rc;
 
@@ -79,6 +81,7 @@ obstacles! {
     "cone": cone::ConeObstacle,
     "torus": torus::TorusObstacle,
     "polyline": polyline::PolylineObstacle,
+    "turned": turned::TurnedObstacle,
     "surface": surface::SurfaceObstacle,
 }
 
@@ -99,7 +102,7 @@ pub enum NoSolid {
     Unbounded,
     /// The surface is at a distance from the triangles of a file.
     Offset,
-    /// The radius of a closed polyline fills a notch.
+    /// The radius of a closed polyline or of a turned solid fills a notch.
     Overlap,
 }
 
@@ -117,6 +120,7 @@ impl Obstacle {
         match self {
             _ if solid => None,
             Self::PolylineObstacle(line) if line.is_solid() => Some(NoSolid::Overlap),
+            Self::TurnedObstacle(turned) if turned.is_solid() => Some(NoSolid::Overlap),
             _ => Some(NoSolid::Unbounded),
         }
     }
@@ -288,6 +292,22 @@ mod tests {
         near(cone.gap(&(along * 3.0 + normal * 2.0)), 1.5);
         let wedge = ConeObstacle::of(&[0.0, 0.0], &[0.0, 1.0], angle, 0.1, Side::Outside).shape::<2>();
         near(wedge.gap(&Vector::<2>::new(-angle.cos() * 2.0, 0.1 - 1.0)), 1.9);
+        // A pin with a head, about the x axis.
+        let profile = [[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.2, 1.0], [0.2, 3.0], [0.0, 3.0]];
+        let pin = TurnedObstacle::of([1.0, 0.0, 0.0], [2.0, 0.0, 0.0], &profile, 0.1, Side::Outside);
+        let pin = pin.shape::<3>();
+        let gap = |height: f64, y: f64, z: f64| pin.gap(&Vector::<3>::new(1.0 + height, y, z));
+        near(gap(4.0, 0.0, 0.0), 0.9);
+        near(gap(-2.0, 0.1, -0.2), 1.9);
+        near(gap(0.5, 0.6, 0.8), 0.4);
+        near(gap(-0.4, 0.48, 0.64), 0.4);
+        near(gap(3.3, 0.0, -0.6), 0.4);
+        // Beside the shaft, near the head: the shaft is nearer, then the head.
+        near(gap(1.2, 0.35, 0.0), 0.05);
+        near(gap(1.15, 0.0, 0.45), 0.05);
+        // Within the head and the shaft.
+        near(gap(0.3, 0.0, 0.0), -0.4);
+        near(gap(2.0, 0.05, 0.0), -0.25);
     }
 
     /// On axes, centres and in corners normals are unit vectors, and nothing is NaN.
@@ -373,6 +393,17 @@ mod tests {
         for (angle, radius) in [(0.0, 0.1), (1.6, 0.1), (f64::NAN, 0.1), (1.0, 0.0)] {
             assert!(refused(cone(angle, radius).into(), 3));
         }
+        let part = |profile: &[[f64; 2]], radius: f64| {
+            TurnedObstacle::of([0.0; 3], up, profile, radius, Side::Outside)
+        };
+        let pin = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]];
+        let ring = [[1.0, 0.0], [2.0, 0.0], [1.5, 1.0]];
+        assert!(!refused(part(&pin, 1.5).into(), 3) && refused(part(&pin, 1.5).into(), 2));
+        assert!(!refused(part(&ring, 0.9).into(), 3) && refused(part(&ring, 1.0).into(), 3));
+        assert!(refused(part(&pin, 0.0).into(), 3) && refused(part(&pin, f64::NAN).into(), 3));
+        assert!(refused(part(&pin[1..3], 0.1).into(), 3) && refused(part(&pin[..3], 0.1).into(), 3));
+        let aside = TurnedObstacle::of([0.0; 3], [0.0; 3], &pin, 0.1, Side::Outside);
+        assert!(refused(aside.into(), 3));
     }
 
     /// Near the anchor, gaps have full precision for shapes with a large radius or given by a far

@@ -1,5 +1,8 @@
 //! Volume, centroid and second moments of the solids that shapes describe (theory, section 1.13).
 
+use std::f64::consts::PI;
+
+use super::chain::Piece;
 use crate::tensor::{Tensor, Vector, cross};
 
 /// Volume and moments of a solid. In 2D, the area and its moments.
@@ -34,7 +37,6 @@ impl<const D: usize> SolidMoments<D> {
 
 /// Volume of the ball of this dimension and radius, and the integrals of `|y_i|` and `y_i^2` over it.
 fn ball(dimension: usize, radius: f64) -> [f64; 3] {
-    use std::f64::consts::PI;
     let r = radius;
     match dimension {
         0 => [1.0, 0.0, 0.0],
@@ -77,6 +79,19 @@ pub(super) fn rounded_box<const D: usize>(
     SolidMoments { volume, centroid, second }
 }
 
+/// Solid of revolution about this unit axis, with the second moments along it and in every direction
+/// across it \[m5\].
+fn revolved<const D: usize>(
+    centroid: Vector<D>,
+    axis: &Vector<D>,
+    volume: f64,
+    along: f64,
+    across: f64,
+) -> SolidMoments<D> {
+    let second = Tensor::identity() * across + axis * axis.transpose() * (along - across);
+    SolidMoments { volume, centroid, second }
+}
+
 /// Ring of circular section with this unit axis.
 pub(super) fn ring<const D: usize>(
     centroid: Vector<D>,
@@ -84,11 +99,10 @@ pub(super) fn ring<const D: usize>(
     ring: f64,
     tube: f64,
 ) -> SolidMoments<D> {
-    let volume = 2.0 * std::f64::consts::PI.powi(2) * ring * tube * tube;
+    let volume = 2.0 * PI.powi(2) * ring * tube * tube;
     let along = 0.25 * volume * tube * tube;
     let across = volume * (0.5 * ring * ring + 0.375 * tube * tube);
-    let second = Tensor::identity() * across + axis * axis.transpose() * (along - across);
-    SolidMoments { volume, centroid, second }
+    revolved(centroid, axis, volume, along, across)
 }
 
 /// Sums the moments of a solid over its surface by the divergence theorem.
@@ -134,32 +148,75 @@ impl<const D: usize> SurfaceSums<D> {
     }
 }
 
-impl SurfaceSums<2> {
-    /// Adds a straight line. The solid is on the left of the way along it.
-    pub fn add_line(&mut self, from: &Vector<2>, to: &Vector<2>) {
-        let way = to - from;
-        let right = Vector::<2>::new(way[1], -way[0]);
-        for (t, weight) in GAUSS {
-            self.add(&(from + way * t), &(right * weight));
-        }
-    }
-
-    /// Adds an arc about `centre` with `radius` \[m\] from angle to angle \[rad\], anticlockwise, with the
-    /// solid on the side of the centre.
-    pub fn add_arc(&mut self, centre: &Vector<2>, radius: f64, from: f64, to: f64) {
-        /// Largest angle of a part \[rad\]. Five points integrate the functions of the angle, whose
-        /// largest frequency is four, over it to 1e-15; over twice of it to 1e-13.
-        const PART: f64 = 0.2;
-        let parts = ((to - from) / PART).ceil().max(1.0);
-        let step = (to - from) / parts;
-        for part in 0..parts as u32 {
-            for (t, weight) in GAUSS {
-                let (sine, cosine) = (from + (f64::from(part) + t) * step).sin_cos();
-                let normal = Vector::<2>::new(cosine, sine);
-                self.add(&(centre + normal * radius), &(normal * (radius * step * weight)));
+/// Calls `add` with points of an outline and their outward vector areas in the plane, by Gauss's rule.
+fn sample_outline(pieces: &[Piece], mut add: impl FnMut(&Vector<2>, &Vector<2>)) {
+    /// Largest angle of a part of an arc \[rad\]. Five points integrate the functions of the angle,
+    /// whose largest frequency is four, over it to 1e-15; over twice of it to 1e-13.
+    const PART: f64 = 0.2;
+    for piece in pieces {
+        match *piece {
+            Piece::Line { from, to } => {
+                let way = to - from;
+                let right = Vector::<2>::new(way[1], -way[0]);
+                for (t, weight) in GAUSS {
+                    add(&(from + way * t), &(right * weight));
+                }
+            }
+            Piece::Arc { centre, radius, from, to } => {
+                let parts = ((to - from) / PART).ceil().max(1.0);
+                let step = (to - from) / parts;
+                for part in 0..parts as u32 {
+                    for (t, weight) in GAUSS {
+                        let (sine, cosine) = (from + (f64::from(part) + t) * step).sin_cos();
+                        let normal = Vector::<2>::new(cosine, sine);
+                        add(&(centre + normal * radius), &(normal * (radius * step * weight)));
+                    }
+                }
             }
         }
     }
+}
+
+/// Mean of the starts of lines and the centres of arcs \[m\].
+fn middle_of(pieces: &[Piece]) -> Vector<2> {
+    let points = pieces.iter().map(|piece| match *piece {
+        Piece::Line { from, .. } => from,
+        Piece::Arc { centre, .. } => centre,
+    });
+    points.sum::<Vector<2>>() / pieces.len().max(1) as f64
+}
+
+/// Moments of the region of the plane within a closed outline.
+pub(super) fn moments_of_section(pieces: &[Piece]) -> SolidMoments<2> {
+    let mut sums = SurfaceSums::<2>::about(middle_of(pieces));
+    sample_outline(pieces, |x, area| sums.add(x, area));
+    sums.finish()
+}
+
+/// Moments of the solid of revolution whose section beside the axis has this outline. Its points are
+/// the distance from the axis and the position along the unit vector `axis` from `point` \[m\]. The
+/// outline is closed, or open between two points of the axis.
+///
+/// An element of the outline sweeps a ring. The sums are those of `SurfaceSums<3>` with the origin on
+/// the axis.
+pub(super) fn moments_of_revolution<const D: usize>(
+    pieces: &[Piece],
+    point: &Vector<D>,
+    axis: &Vector<D>,
+) -> SolidMoments<D> {
+    let origin = middle_of(pieces)[1];
+    let [mut volume, mut first, mut along, mut across] = [0.0; 4];
+    sample_outline(pieces, |x, area| {
+        let [r, z] = [x[0], x[1] - origin];
+        let cone = 2.0 * PI * r * (r * area[0] + z * area[1]);
+        volume += cone / 3.0;
+        first += z * cone / 4.0;
+        along += z * z * cone / 5.0;
+        // Two directions across the axis share the square of the distance.
+        across += 0.5 * r * r * cone / 5.0;
+    });
+    let height = first / volume;
+    revolved(point + axis * (origin + height), axis, volume, along - first * height, across)
 }
 
 impl SurfaceSums<3> {

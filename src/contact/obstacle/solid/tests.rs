@@ -155,5 +155,5 @@ fn moments_are_those_of_the_points_inside() {
         assert_eq!(count, wanted);
     }
     all::<2>(200, 4);
-    all::<3>(60, 4);
+    all::<3>(60, 6);
 }
