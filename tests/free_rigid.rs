@@ -468,7 +468,8 @@ fn a_body_on_a_spring_oscillates() {
     let free = "spring: { stiffness: { x: 800, y: 200 }, damping: { x: 8 } }, initial_velocity: [3, 0]";
     let run = |step: f64, ranks| {
         let time = format!("{{ end: 0.5, step: {step}, scheme: {{ newmark: {{}} }} }}");
-        Results::of(&on_springs(free, &time), ranks)
+        let derived = "output: { derived: { pull: reactions.disc.spring.force_x / 2 },";
+        Results::of(&on_springs(free, &time).replace("output: {", derived), ranks)
     };
     let (omega, xi) = (20.0f64, 0.1f64);
     let damped = omega * (1.0 - xi * xi).sqrt();
@@ -487,6 +488,7 @@ fn a_body_on_a_spring_oscillates() {
     let v = coarse.table("rigid.csv").last("velocity_x");
     let force = -800.0 * u - 8.0 * v;
     assert!((reactions.numbers("force_x")[row] / force - 1.0).abs() < 1e-9);
+    assert!((coarse.table("derived.csv").last("pull") / (0.5 * force) - 1.0).abs() < 1e-9);
     let several = run(5e-3, 3);
     let apart = several.table("rigid.csv").last("position_x") - 0.5 - u;
     assert!(apart.abs() < 1e-12, "{apart:e}");

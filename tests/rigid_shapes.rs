@@ -149,6 +149,39 @@ fn broken_surfaces_are_refused_on_1_and_2_ranks() {
     assert_says(&output.text(), &["tool.stl", "relative to the folder of the case file"]);
 }
 
+/// A finite cylinder and a finite cone that are longer than the block press like infinite ones, on one
+/// and on two ranks.
+#[test]
+fn turned_solids_press_like_their_infinite_twins() {
+    let tangent = 1.1_f64.tan();
+    let cone = format!(
+        "turned: {{ point: [0.003, -0.004, 0.1], axis: [0, 0, 1], \
+         profile: [[0, 0], [{}, 0.4], [0, 0.4]], radius: 0.02 }}",
+        0.4 * tangent
+    );
+    for [one, other] in [
+        [
+            "cylinder: { point: [0, 0, 0.13], axis: [0.3, 1, 0], radius: 0.05 }".to_owned(),
+            "turned: { point: [0, 0, 0.13], axis: [0.3, 1, 0], \
+             profile: [[0, -1], [0.03, -1], [0.03, 1], [0, 1]], radius: 0.02 }"
+                .to_owned(),
+        ],
+        [
+            "cone: { tip: [0.003, -0.004, 0.08], axis: [0, 0, 1], half_angle: 1.1, radius: 0.02 }".to_owned(),
+            cone,
+        ],
+    ] {
+        let forces = [(one, 1), (other.clone(), 1), (other, 2)]
+            .map(|(shape, ranks)| table(&results(&shape, ranks), "rigid.csv").numbers("force_z"));
+        let largest = forces[0].iter().fold(0.0_f64, |most, force| most.max(force.abs()));
+        assert!(largest > 10.0, "{forces:?}");
+        for other in &forces[1..] {
+            let worst = forces[0].iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-8 * largest && other.len() == forces[0].len(), "{forces:?}");
+        }
+    }
+}
+
 /// Shapes in the plane that describe the same solid press alike: a rounded box and a closed
 /// polyline, a capsule and an open polyline.
 #[test]

@@ -467,7 +467,7 @@ bodies:
 tied:
 {pairs}boundary: {{ corner: {{ on: cell.corner, displacement: {{ {zeros} }} }} }}
 time: {{ end: 1, scheme: {{ static: {{ increments: 2 }} }} }}
-output: {{ fields: {{ every: 1 }} }}
+output: {{ derived: {{ pull: reactions.along_0.force_x }}, fields: {{ every: 1 }} }}
 "
     )
 }
@@ -519,6 +519,8 @@ fn a_periodic_cell_has_the_uniform_stress_of_its_jumps() {
         // Points of quadrilaterals that are no parallelograms are found by iteration: 4e-10.
         let limit = if element == "hex8" { 1e-9 } else { 1e-10 };
         assert!(worst < limit, "{element}: {worst:.1e}");
+        let pull = results.table("reactions.csv").only("boundary", "along_0").last("force_x");
+        assert!(pull != 0.0 && results.table("derived.csv").last("pull") == pull);
         let energy = results.table("energy.csv");
         let [work, strain, springs] = ["external_work", "strain", "springs"].map(|name| energy.last(name));
         assert!(strain > 10.0 && springs > 1e-4 * strain);
@@ -610,7 +612,7 @@ fn wrong_periodic_sides_are_refused() {
         (good.replace("offset: [1, 0]", "offset: [1, 0, 0]"), "2 entries"),
         (good.replace("offset: [1, 0]", "offset: [0, 0]"), "the offset is zero"),
         (good.replace("offset: [1, 0]", "offset: [-1, 0]"), "vector from the contactor to the target"),
-        (good.replace("offset: [1, 0], ", ""), "the surfaces must touch"),
+        (good.replace("offset: [1, 0], ", ""), "there is no `offset`"),
         (good.replace("'0.01 * t^2'", "0.01"), "the jump is 0.01 at t = 0"),
         (good.replace("'0.01 * t^2'", "'0.01 * x * t'"), "depends on t only"),
         (good.replace("x: '0.01 * t^2'", "z: '0.01 * t^2'"), "a 2D case has no z"),

@@ -146,7 +146,7 @@ impl<const D: usize> ContactColumn<D> {
             quantity: ReportedQuantity::number(
                 "area",
                 "m2",
-                "area of the contact zone on which the tractions act: deformed, or undeformed with `area: reference` and at small strain",
+                "area of the contact zone on which the tractions act: deformed, or undeformed with `area: reference` and with `scheme: conserving`",
             ),
             value: OverPoints::Integral(|_| 1.0),
         },

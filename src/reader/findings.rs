@@ -65,10 +65,13 @@ impl Findings {
         self.require(fits, quantity.place, format!("{what} must be > 0, found {value}"));
     }
 
-    /// Requires a list of so many entries.
+    /// Requires a list of so many entries: as many as dimensions, or one number about z in 2D.
     pub fn entries<T>(&mut self, what: &str, list: &At<Vec<T>>, wanted: usize) {
         let found = list.len();
-        let message = format!("{what} needs {wanted} entries in {wanted}D, found {found}");
+        let message = match wanted {
+            1 => format!("{what} needs 1 entry in 2D, found {found}"),
+            _ => format!("{what} needs {wanted} entries in {wanted}D, found {found}"),
+        };
         self.require(found == wanted, list.place, message);
     }
 

@@ -108,8 +108,13 @@ pub(super) fn symbol(text: &str) -> Option<(&'static str, &'static str, f64, [i8
 /// The complaint about a unit that is not known.
 pub(super) fn unknown(name: &str) -> Complaint {
     let known: Vec<&str> = UNITS.iter().map(|unit| unit.0).filter(|unit| *unit != "1").collect();
+    let angle = if name.starts_with("deg") || name.starts_with("rad") {
+        "angles are numbers in radians, such as \"70 * pi / 180\"; "
+    } else {
+        ""
+    };
     Complaint::new(format!("unknown unit '{name}'"))
-        .hint(format!("known: {}, with the prefixes p n u m c d k M G", known.join(", ")))
+        .hint(format!("{angle}known: {}, with the prefixes p n u m c d k M G", known.join(", ")))
 }
 
 /// Length of the number at the start of a text; no number that a user means is longer than 64 characters.

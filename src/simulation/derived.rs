@@ -66,7 +66,9 @@ fn known<const D: usize>(case: &Case, model: &Model<D>, watched: Option<&[Watche
     let supports = model.supports.iter().map(|support| support.name.as_str());
     let springs = model.elastic_supports.iter().map(|support| support.name.as_str());
     let rollers = model.rollers.iter().map(|roller| roller.name.as_str());
-    add("reactions", supports.chain(rollers).chain(springs).collect(), names_of::<D, _>(REACTION_COLUMNS));
+    let ties = model.ties.iter().map(|tie| tie.name.as_str());
+    let rows = supports.chain(rollers).chain(springs).chain(ties).collect();
+    add("reactions", rows, names_of::<D, _>(REACTION_COLUMNS));
     let rigid = model.rigid.iter().map(|body| body.name.as_str()).collect();
     add("rigid", rigid, names_of::<D, _>(RIGID_COLUMNS));
     if case.output.bodies {
@@ -182,7 +184,8 @@ impl<const D: usize> StepRows<'_, D> {
     /// The number in a column; `None` if it is absent.
     fn value(&self, column: &str) -> Option<f64> {
         let (table, rest) = column.split_once('.')?;
-        let (row, name) = rest.split_once('.').unwrap_or(("", rest));
+        // Rows of springs, such as `ball.spring`, have a dot; columns have none, except those of probes.
+        let (row, name) = rest.rsplit_once('.').unwrap_or(("", rest));
         match table {
             "contact" => {
                 let report = self.contacts.iter().find(|report| report.name == row)?;

@@ -85,7 +85,7 @@ pub(super) fn lifted<const D: usize>(
             let Driven { words, force, unit } = describe(&rigid, &way, &loads, system.units());
             return Ok(Some(format!(
                 "contact can only push: once it opens, nothing resists {words}, which the loads drive with \
-                 {force:.3e} {unit}; support the body there, or change the loads"
+                 {force:.3e} {unit}; let the body touch at the start, support it there, or change the loads"
             )));
         }
     }

@@ -81,7 +81,10 @@ pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()>
         return Ok(());
     }
     Err(Error::case(format!("in statics, no support or contact holds {}", lost.join("; ")))
-        .hint("add a displacement boundary or a foundation in each direction, or use a dynamic scheme"))
+        .hint(
+            "hold each direction: a body by a displacement boundary, a foundation or a contact, a free rigid body \
+             by `fixed`, `spring` or a contact; or use a dynamic scheme",
+        ))
 }
 
 /// Checks that each contact can close within the time of the case. Collective.

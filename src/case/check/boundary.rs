@@ -226,8 +226,8 @@ impl Check<'_> {
     }
 
     pub(super) fn doubly_prescribed(&mut self) {
-        let mut seen: Vec<((&str, usize), Function)> = Vec::new();
-        for boundary in self.case.boundary.values() {
+        let mut seen: Vec<((&str, usize), &str, Function)> = Vec::new();
+        for (name, boundary) in self.case.boundary.iter() {
             let given = boundary.displacement.as_ref().map_or([None; 3], |given| given.as_array());
             let written = |i: usize| given[i].map(|component| (component.place, component.function.clone()));
             let moved = |i: usize| boundary.motion.as_ref().map(|motion| (motion.place, motion.along(i)));
@@ -237,15 +237,17 @@ impl Check<'_> {
                 };
                 for on in boundary.on.names() {
                     let entry = (on.value.as_str(), direction);
-                    if seen.iter().any(|(other, motion)| *other == entry && *motion != function) {
+                    let other = seen.iter().find(|(other, _, motion)| *other == entry && *motion != function);
+                    if let Some((_, before, _)) = other {
                         let axis = ["x", "y", "z"][direction];
                         let on = entry.0;
                         let message = format!(
                             "the displacement {axis} of '{on}' is prescribed twice with different values"
                         );
                         self.found.say(place, message);
+                        self.found.cure(&format!("remove it here or in '{before}'"));
                     }
-                    seen.push((entry, function.clone()));
+                    seen.push((entry, &name.value, function.clone()));
                 }
             }
         }

@@ -70,7 +70,7 @@ impl Check<'_> {
                 "'{name}' and '{}' are both rigid: contact acts between a deformable body and another body",
                 target.value
             );
-            (message, "remove the contact: prescribed motions need no contact force, and must not collide")
+            (message, "make one of them an elastic body of a high modulus, or remove the contact")
         } else {
             let message =
                 format!("'{name}' is a rigid body; the contactor must be a surface of a deformable body");

@@ -229,6 +229,37 @@ impl Check<'_> {
         }
     }
 
+    /// A direction that is fixed or prescribed has no initial velocity of its own.
+    fn initial_of_held(&mut self, name: &str, body: &Rigid, free: &At<FreeMotion>) {
+        let prescribed = body.motion.as_ref().map_or([None; 3], |motion| motion.components());
+        let velocity = free.initial_velocity.iter().flat_map(|velocity| velocity.iter().enumerate());
+        for (i, entry) in velocity {
+            let is_held = free.fixes(|degree| degree.direction() == Some(i))
+                || prescribed.get(i).is_some_and(|function| function.is_some());
+            if is_held && entry.value != 0.0 {
+                let message = format!(
+                    "'{name}' has an initial velocity along {}, which is held",
+                    ["x", "y", "z"][i.min(2)]
+                );
+                self.found.say(entry.place, message);
+                self.found.cure("write 0 there, or let the direction be free");
+            }
+        }
+        for (k, entry) in free.initial_spin.iter().flat_map(|spin| spin.iter().enumerate()) {
+            // In 2D the only entry is that about z.
+            let axis = if self.dimension == Some(2) { 2 } else { k };
+            let is_held = free.fixes(|degree| degree.axis() == Some(axis)) || rotation_of(body).is_some();
+            if is_held && entry.value != 0.0 {
+                let message = format!(
+                    "'{name}' has an initial spin about {}, which is held",
+                    ["x", "y", "z"][axis.min(2)]
+                );
+                self.found.say(entry.place, message);
+                self.found.cure("write 0 there, or let the rotation be free");
+            }
+        }
+    }
+
     fn degrees_of(&mut self, name: &str, body: &Rigid, free: &At<FreeMotion>) {
         let Some(dimension) = self.dimension else { return };
         let prescribed = body.motion.as_ref().map_or([None; 3], |motion| motion.components());
@@ -250,6 +281,7 @@ impl Check<'_> {
                 self.found.cure("remove it from `fixed` or from `motion`");
             }
         }
+        self.initial_of_held(name, body, free);
         let moves = (0..dimension)
             .any(|i| prescribed[i].is_none() && !free.fixes(|degree| degree.direction() == Some(i)));
         let axes = if dimension == 2 { 2..3 } else { 0..3 };

@@ -169,6 +169,18 @@ fn what_is_wrong_with_a_free_body_is_reported() {
             &["case.yml:7:", "both fixed and prescribed"],
         ),
         (
+            flat("{ fixed: [ux], initial_velocity: [1, 0] }"),
+            &["case.yml:7:", "initial velocity along x, which is held", "write 0 there"],
+        ),
+        (
+            moved("{ translation: { y: 1 } }", "{ initial_velocity: [0, 2] }"),
+            &["case.yml:7:", "initial velocity along y, which is held"],
+        ),
+        (
+            space("{ mass: 1, inertia: [1, 1, 1], fixed: [ry], initial_spin: [0, 3, 0] }"),
+            &["case.yml:7:", "initial spin about y, which is held"],
+        ),
+        (
             moved("{ rotation: { about: [0, 0], angle: 1 } }", "{ mass: 1 }"),
             &["case.yml:7:", "about its centre of mass", "`center`"],
         ),
@@ -349,7 +361,7 @@ fn shapes_of_rigid_bodies_are_checked() {
         (3, turned("[2, 0], [3, 1], [4, 2]"), &["encloses no area", "along the outline"]),
         (
             3,
-            turned("[0, 0], [2, 1], [2, 0], [0, 1]"),
+            turned("[0, 0], [2, 1], [2, 0], [0, 1.5]"),
             &["case.yml:7:75", "lines from points 1 and 3 of the profile meet", "must not touch itself"],
         ),
         (

@@ -154,8 +154,14 @@ impl TurnedObstacle {
         self.side == Side::Outside
     }
 
+    /// The point of the axis in the middle of the length.
     pub(super) fn centre<const D: usize>(&self) -> Vector<D> {
-        numbers(&self.point)
+        let heights = self.profile.iter().filter_map(|point| point.get(1)).map(|height| height.value);
+        let [least, most] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], height| {
+            [least.min(height), most.max(height)]
+        });
+        let axis = numbers::<D, 0, 0, 0>(&self.axis).normalize();
+        numbers::<D, 0, 1, 0>(&self.point) + axis * (0.5 * (least + most))
     }
 
     pub(super) fn shape<const D: usize>(&self) -> Turned<D> {

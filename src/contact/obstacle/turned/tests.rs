@@ -191,10 +191,12 @@ fn a_rounded_cylinder_has_its_closed_form() {
     let steiner =
         PI * a * a * l + 2.0 * PI * a * (a + l) * e + PI * (l + PI * a) * e * e + 4.0 / 3.0 * PI * e.powi(3);
     assert!((steiner - volume).abs() < 1e-14);
-    let found = turned(&cylinder(radius, length, e), e, Side::Outside).solid().unwrap();
+    let rod = TurnedObstacle::of(POINT, AXIS, &cylinder(radius, length, e), e, Side::Outside);
+    let found = rod.shape::<3>().solid().unwrap();
     let axis = Vector::<3>::from(AXIS) / 3.0;
     assert!((found.volume - volume).abs() < 1e-14);
     assert!((found.centroid - on_axis(0.5 * length)).norm() < 1e-14);
+    assert!((rod.centre::<3>() - found.centroid).norm() < 1e-14);
     let known = Tensor::<3>::identity() * across + axis * axis.transpose() * (along - across);
     assert!((found.second - known).norm() < 1e-14, "{found:?} {known}");
 }
