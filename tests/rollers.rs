@@ -344,7 +344,7 @@ fn mistakes_with_rollers_are_explained() {
         (
             "on: piece.bottom, roller: {}",
             "on: [piece.bottom, piece.left], roller: {}",
-            ["meet at an edge", "a roller for each face"],
+            ["case.yml:8:", "meet at an edge"],
         ),
         (
             "on: piece.bottom, roller: {}",

@@ -123,7 +123,7 @@ impl<const D: usize> Rollers<D> {
                     );
                     let cure =
                         "leave this node out of the set of one of them, or prescribe the same displacement";
-                    return Err(Error::case(message).hint(cure));
+                    return Err(self.motions[*roller].error(message, cure));
                 }
             }
         }
@@ -260,7 +260,9 @@ fn normals<const D: usize>(local: &LocalMesh<D>, roller: &RollerModel<D>) -> Res
     let Some(facets) = local.mesh.facet_sets.get(&roller.set) else {
         let message =
             format!("the roller '{}' has no normal, because '{}' is no surface", roller.name, roller.set);
-        return Err(Error::case(message).hint("give the roller a direction, or name a set of facets"));
+        return Err(roller
+            .displacement
+            .error(message, "give the roller a direction, or name a set of facets"));
     };
     let mut found = Vec::new();
     for &facet in facets {
@@ -275,7 +277,7 @@ fn normals<const D: usize>(local: &LocalMesh<D>, roller: &RollerModel<D>) -> Res
         }
         let at = spelled(&local.mesh.points[node as usize]);
         let message = format!("the facets of the roller '{}' meet at an edge at {at}", roller.name);
-        Err(Error::case(message).hint("write a roller for each face, or give it a direction"))
+        Err(roller.displacement.error(message, "write a roller for each face, or give it a direction"))
     };
     found.chunk_by(|a, b| a.0 == b.0).map(mean).collect()
 }

@@ -61,7 +61,7 @@ pub enum Action<'a> {
     /// Prescribed displacement, direction by direction \[m\].
     Displacement([Option<&'a VaryingLength>; 3]),
     /// Prescribed displacement along one direction.
-    Roller(&'a Roller),
+    Roller(&'a At<Roller>),
     /// Prescribed translation and rotation.
     Motion(&'a At<PrescribedMotion>),
     /// Acceleration \[m/s2\], one entry per direction.
@@ -112,7 +112,7 @@ impl Boundary {
     /// Everything that the boundary does; exactly one entry in a case that passed its checks.
     pub fn actions(&self) -> impl Iterator<Item = Action<'_>> {
         let displacement = self.displacement.as_ref().map(|value| Action::Displacement(value.as_array()));
-        let roller = self.roller.as_ref().map(|value| Action::Roller(value));
+        let roller = self.roller.as_ref().map(Action::Roller);
         let motion = self.motion.as_ref().map(Action::Motion);
         let gravity = self.gravity.as_ref().map(|value| Action::Gravity(value));
         let traction = self.traction.as_ref().map(|value| Action::Traction(value.as_array()));

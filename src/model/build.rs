@@ -111,7 +111,9 @@ impl<const D: usize> Model<D> {
                 return;
             }
             Action::Roller(roller) => {
-                let displacement = roller.displacement.as_ref().map_or_else(zero, |f| case.function(f));
+                // Errors of the roller point to its displacement, or else to the roller.
+                let at_rest = Varying::<0, 1, 0> { function: Function::constant(0.0), place: roller.place };
+                let displacement = case.function(roller.displacement.as_ref().unwrap_or(&at_rest));
                 let direction = roller.direction.as_ref().map(|given| {
                     let given = Vector::<D>::from_fn(|i, _| given.get(i).map_or(0.0, |entry| entry.value));
                     given.normalize().into()

@@ -8,7 +8,7 @@ use mpi::traits::Communicator;
 use super::fields::{Field, FieldValues, Location};
 use super::quantity::ReportedQuantity;
 use crate::assembly::{ContactSystem, ToolState};
-use crate::contact::obstacle::{Shape, Window, draw};
+use crate::contact::obstacle::{Shape, Window};
 use crate::petsc::max_over_ranks;
 use crate::tensor::Vector;
 
@@ -57,7 +57,7 @@ impl<const D: usize> RigidSurfaces<D> {
             return surfaces;
         }
         for (number, RigidShape { name, shape }) in shapes.iter().enumerate() {
-            let drawing = draw(&**shape, &window);
+            let drawing = shape.drawing(&window);
             let first = surfaces.points.len() as u32;
             for facet in drawing.facets() {
                 surfaces.nodes.extend(facet.iter().map(|node| first + node));

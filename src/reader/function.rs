@@ -237,6 +237,11 @@ impl PlacedFunction {
         Self { function, place: self.place, source: self.source.clone() }
     }
 
+    /// The error at the place of the function in the case.
+    pub fn error(&self, message: String, cure: &str) -> crate::error::Error {
+        self.source.error(&Complaint::new(message).hint(cure).at(self.place))
+    }
+
     /// What is wrong with a value or a motion at a point and an instant.
     ///
     /// # Errors

@@ -16,7 +16,7 @@ pub use capsule::Capsule;
 pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
-pub use drawing::{Drawing, Window, draw};
+pub use drawing::{Drawing, Window};
 pub use plane::Plane;
 pub use polyline::Polyline;
 pub use shape::{Core, Outline, Proximity, Shape, is_flat_along};

@@ -75,6 +75,13 @@ pub trait Shape<const D: usize>: Debug {
     /// it.
     fn facets(&self, window: &Window<D>) -> Drawing<D>;
 
+    /// The facets near the bodies, which the window contains.
+    fn drawing(&self, window: &Window<D>) -> Drawing<D> {
+        let there = self.proximity(&window.centre);
+        let window = Window { centre: window.centre - there.normal * there.gap, ..*window };
+        self.facets(&window).clipped(&window)
+    }
+
     /// Velocities at `x` of the motions that map the shape onto itself and so change no gap. Unused
     /// entries are zero.
     fn motions_along(&self, _x: &Vector<D>) -> [Vector<D>; 6] {
