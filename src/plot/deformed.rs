@@ -73,11 +73,14 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown, display: &Display) -> Resu
 /// which they are then magnified.
 const UNSEEN: [f64; 2] = [0.01, 0.04];
 
+/// Fraction of the bodies' size below which displacements are what a solver leaves after an unloading.
+const RESIDUE: f64 = 1e-12;
+
 /// Magnification of displacements: 1, 2 or 5 times a power of ten, the same for all snapshots.
 fn magnification<'a>(shots: impl Iterator<Item = &'a Shot>) -> f64 {
     let share = shots.map(|shot| shot.bodies.largest_displacement() / shot.bodies.diagonal());
     let share = share.filter(|share| share.is_finite()).fold(0.0, f64::max);
-    if share == 0.0 || share >= UNSEEN[0] {
+    if share < RESIDUE || share >= UNSEEN[0] {
         return 1.0;
     }
     let wanted = UNSEEN[1] / share;
@@ -200,7 +203,9 @@ mod tests {
             let bodies = Grid { points, displacement: vec![[0.0, u, 0.0]; 2], ..Grid::default() };
             Shot { time: 0.0, surfaces: Some(bodies.clone()), rigid: None, bodies }
         };
-        for (u, factor) in [(0.0, 1.0), (0.06, 1.0), (0.01, 20.0), (8e-4, 200.0), (6e-6, 20_000.0)] {
+        for (u, factor) in
+            [(0.0, 1.0), (0.06, 1.0), (0.01, 20.0), (8e-4, 200.0), (6e-6, 20_000.0), (6e-14, 1.0)]
+        {
             assert_eq!(magnification([&shot(u), &shot(0.0)].into_iter()), factor, "{u}");
         }
         let large = magnified(&shot(0.01), 20.0);

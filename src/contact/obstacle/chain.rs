@@ -4,6 +4,7 @@
 use std::rc::Rc;
 
 use super::drawing::{Window, beside};
+use super::piece::Piece;
 use super::shape::{CENTRE, Proximity, tube_about};
 use crate::tensor::{Tensor, Vector};
 
@@ -31,15 +32,6 @@ pub(super) struct Chain {
     points: Rc<[Vector<2>]>,
     ends: Ends,
     radius: f64,
-}
-
-/// A part of an outline. The region is on the left of the way along it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Piece {
-    /// A straight line \[m\].
-    Line { from: Vector<2>, to: Vector<2> },
-    /// An arc from angle to angle \[rad\], anticlockwise, with centre and radius \[m\].
-    Arc { centre: Vector<2>, radius: f64, from: f64, to: f64 },
 }
 
 /// The vector rotated to the right by a right angle.

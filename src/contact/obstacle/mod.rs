@@ -7,6 +7,7 @@
 mod chain;
 mod check;
 mod drawing;
+mod piece;
 mod shape;
 mod side;
 mod solid;

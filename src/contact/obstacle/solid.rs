@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::chain::Piece;
+use super::piece::Piece;
 use crate::tensor::{Tensor, Vector, cross};
 
 /// Volume and moments of a solid. In 2D, the area and its moments.
