@@ -80,7 +80,7 @@ const RESIDUE: f64 = 1e-12;
 fn magnification<'a>(shots: impl Iterator<Item = &'a Shot>) -> f64 {
     let share = shots.map(|shot| shot.bodies.largest_displacement() / shot.bodies.diagonal());
     let share = share.filter(|share| share.is_finite()).fold(0.0, f64::max);
-    if share < RESIDUE || share >= UNSEEN[0] {
+    if !(RESIDUE..UNSEEN[0]).contains(&share) {
         return 1.0;
     }
     let wanted = UNSEEN[1] / share;
