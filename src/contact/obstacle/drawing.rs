@@ -22,6 +22,16 @@ const fn most(dimension: usize) -> f64 {
     if dimension == 2 { 20_000.0 } else { 720.0 }
 }
 
+/// Largest number of facets of a picture. A shape with more is not drawn. With this many each output of
+/// fields has 20 MB more; with half or twice as many it is in proportion.
+const MOST_FACETS: usize = 200_000;
+
+/// Whether a shape of so many facets has too many of them near the scene as well. A huge ball is drawn
+/// from more facets than it has there.
+pub(super) fn is_too_fine(facets: usize) -> bool {
+    facets > 4 * MOST_FACETS
+}
+
 /// Distance from the scene up to which shapes without ends are drawn, per size of the scene.
 const BEYOND: f64 = 1.0;
 
@@ -156,8 +166,11 @@ impl<const D: usize> Drawing<D> {
     ) -> Self {
         let widest = chain.iter().map(|point| point[0]).fold(0.0, f64::max);
         let around = window.parts(2.0 * PI, widest);
-        let [first, second] = tangents_of(axis);
         let mut drawing = Self::default();
+        if is_too_fine(chain.len() * around) {
+            return drawing;
+        }
+        let [first, second] = tangents_of(axis);
         let rings: Vec<Vec<u32>> = chain
             .iter()
             .map(|point| {
@@ -183,7 +196,8 @@ impl<const D: usize> Drawing<D> {
         drawing
     }
 
-    /// The facets that reach into the neighbourhood of the middle of the window.
+    /// The facets that reach into the neighbourhood of the middle of the window; none if there are
+    /// [too many](MOST_FACETS).
     pub(super) fn clipped(self, window: &Window<D>) -> Self {
         let at = |node: u32| self.points[node as usize];
         let is_near = |facet: &[u32]| {
@@ -195,6 +209,9 @@ impl<const D: usize> Drawing<D> {
         for facet in self.facets().filter(|facet| is_near(facet)) {
             kept.nodes.extend(facet);
             kept.sizes.push(facet.len() as u8);
+        }
+        if kept.sizes.len() > MOST_FACETS {
+            return Self::default();
         }
         Self { points: self.points, ..kept }
     }
@@ -387,5 +404,18 @@ mod tests {
         let drawing = disc.drawing(&window);
         let farthest = drawing.facets().flatten().map(|&node| drawing.points[node as usize].norm());
         assert!((2..40).contains(&drawing.sizes.len()) && farthest.fold(0.0, f64::max) < 8.0);
+    }
+
+    /// A profile of very many points is not drawn, and the limit is beyond any usual tool.
+    #[test]
+    fn too_many_facets_are_not_drawn() {
+        let window = Window { centre: Vector::<3>::zeros(), size: 1.0 };
+        let turned = |points: u32| {
+            let chain: Vec<_> =
+                (0..points).map(|k| Vector::<2>::new(1.0, f64::from(k) / f64::from(points))).collect();
+            Drawing::revolved(&chain, false, &Vector::zeros(), &in_direction(2), &window).clipped(&window)
+        };
+        assert!(turned(20_000).sizes.is_empty() && turned(5_000).sizes.is_empty());
+        assert!(turned(2_000).sizes.len() > 90_000);
     }
 }

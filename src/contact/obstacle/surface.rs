@@ -1,13 +1,14 @@
 //! Closed surface of triangles from a file, in space.
 
 use std::cell::OnceCell;
+use std::collections::HashMap;
 use std::rc::Rc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::check_direction;
-use super::drawing::{Drawing, Window};
+use super::drawing::{Drawing, Window, is_too_fine};
 use super::shape::{Outline, Proximity, Shape};
 use super::side::Side;
 use super::solid::SolidMoments;
@@ -231,9 +232,19 @@ impl<const D: usize> Shape<D> for Surface<D> {
     /// The corners of the triangles. Edges that a radius rounds are left open.
     fn facets(&self, _window: &Window<D>) -> Drawing<D> {
         let mut drawing = Drawing::default();
-        for corners in self.surface.iter().flat_map(|surface| surface.corners(self.radius)) {
-            let nodes = corners
-                .map(|x| drawing.point(Vector::from_fn(|i, _| x.iter().nth(i).copied().unwrap_or(0.0))));
+        let Some(surface) = self.surface.as_ref().filter(|surface| !is_too_fine(surface.count())) else {
+            return drawing;
+        };
+        /// Distance per coordinate within which corners of triangles are one point: above rounding.
+        const SAME: f64 = 1e-9;
+        let largest = surface.corners(self.radius).flatten().map(|x| x.amax()).fold(0.0, f64::max);
+        let cell = |x: &Vector<3>| x.map(|x| (x / (SAME * largest)).round() as i64);
+        let mut known = HashMap::new();
+        for corners in surface.corners(self.radius) {
+            let nodes = corners.map(|x| {
+                let place = Vector::from_fn(|i, _| x.iter().nth(i).copied().unwrap_or(0.0));
+                *known.entry(cell(&x)).or_insert_with(|| drawing.point(place))
+            });
             drawing.facet(&nodes);
         }
         drawing

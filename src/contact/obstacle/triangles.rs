@@ -55,6 +55,11 @@ impl TriangleSurface {
         sums.finish()
     }
 
+    /// Number of patches.
+    pub fn count(&self) -> usize {
+        self.patches.len()
+    }
+
     /// Corners of all patches, moved outward by a distance \[m\].
     pub fn corners(&self, distance: f64) -> impl Iterator<Item = [Vector<3>; 3]> {
         let corner = move |patch: &Patch, [u, v]: [f64; 2]| {
