@@ -319,7 +319,7 @@ pub struct RollerModel<const D: usize> {
     pub set: String,
     /// Unit vector of the held direction; that of the surface normals if `None`.
     pub direction: Option<[f64; D]>,
-    /// Displacement along it \[m\]. It knows where in the case the roller is.
+    /// Displacement along it \[m\]. Its place in the case is that of errors of the roller.
     pub displacement: PlacedFunction,
 }
 

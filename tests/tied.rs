@@ -612,7 +612,7 @@ fn wrong_periodic_sides_are_refused() {
         (good.replace("offset: [1, 0]", "offset: [1, 0, 0]"), "2 entries"),
         (good.replace("offset: [1, 0]", "offset: [0, 0]"), "the offset is zero"),
         (good.replace("offset: [1, 0]", "offset: [-1, 0]"), "vector from the contactor to the target"),
-        (good.replace("offset: [1, 0], ", ""), "there is no `offset`"),
+        (good.replace("offset: [1, 0], ", ""), "periodic sides need `offset`"),
         (good.replace("'0.01 * t^2'", "0.01"), "the jump is 0.01 at t = 0"),
         (good.replace("'0.01 * t^2'", "'0.01 * x * t'"), "depends on t only"),
         (good.replace("x: '0.01 * t^2'", "z: '0.01 * t^2'"), "a 2D case has no z"),

@@ -157,8 +157,7 @@ impl<const D: usize> ContactSystem<D> {
             let motion = match &tool.drive {
                 RigidDrive::Prescribed(motion) => motion,
                 RigidDrive::Free(index, body) => {
-                    let state = free_tool(&tool.name, &free[*index], load(0), load(3));
-                    return Ok(ToolState { reference: space_of(&body.centre), ..state });
+                    return Ok(free_tool(&tool.name, &body.centre, &free[*index], load(0), load(3)));
                 }
             };
             let [_, state] = motion.states(&step)?;
@@ -184,9 +183,10 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// State of a free rigid body under this contact force \[N\] and torque \[N m\].
+/// State of a free rigid body with this centre of mass before any motion \[m\], under this contact force \[N\] and torque \[N m\].
 fn free_tool<const D: usize>(
     name: &str,
+    reference: &Vector<D>,
     state: &FreeState<D>,
     force: [f64; 3],
     torque: [f64; 3],
@@ -194,7 +194,7 @@ fn free_tool<const D: usize>(
     let (shift, turn) = (space_of(&state.moved.0), state.moved.1);
     ToolState {
         name: name.to_owned(),
-        reference: [0.0; 3],
+        reference: space_of(reference),
         position: space_of(&state.position),
         rotation: state.rotation,
         velocity: space_of(&state.velocity),

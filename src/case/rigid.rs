@@ -70,10 +70,10 @@ pub struct FreeMotion {
     /// Acceleration of gravity \[m/s2\], one entry per direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<At<Vec<VaryingAcceleration>>>,
-    /// Initial velocity of the centre of mass \[m/s\], one entry per direction; zero if absent.
+    /// Initial velocity of the centre of mass \[m/s\], one entry per direction, zero where it is held; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_velocity: Option<At<Vec<Velocity>>>,
-    /// Initial angular velocity \[1/s\]: one entry in 2D, three in 3D; zero if absent.
+    /// Initial angular velocity \[1/s\]: one entry in 2D, three in 3D, zero where it is held; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_spin: Option<At<Vec<Rate>>>,
 }

@@ -84,7 +84,8 @@ impl<const D: usize> Model<D> {
                 let cure = match model.offset {
                     Some(_) => "`offset` is the vector from the contactor to the target in the mesh",
                     None => {
-                        "the surfaces must touch in the mesh; `within` sets the distance up to which they are tied"
+                        "the surfaces must touch in the mesh; `within` sets the distance up to which they are tied, \
+                         and periodic sides need `offset`"
                     }
                 };
                 faults.push(case.error(place, message).hint(cure));

@@ -123,8 +123,7 @@ pub struct Momentum {
 pub struct ContactEnergies {
     /// Energy stored by the laws of the contact at the end of the last step.
     pub stored: f64,
-    /// The same at the start.
-    #[serde(default)]
+    /// Energy stored by the laws of the contact at the start.
     pub stored_at_start: f64,
     /// Heat from friction since the start.
     pub friction_work: f64,
@@ -133,7 +132,8 @@ pub struct ContactEnergies {
 }
 
 impl ContactEnergies {
-    /// Work of its forces on both sides since the start: what they neither store nor turn into heat.
+    /// Work of its forces on both sides since the start: what they neither store nor turn into heat. The
+    /// error of the time integration is not in it.
     pub fn work(&self) -> f64 {
         self.stored_at_start - self.stored - self.friction_work - self.damping_work
     }
@@ -250,7 +250,6 @@ struct LastLoadStep {
     /// Whether it was the first one.
     first: bool,
     /// Change of the force of each rigid body and of each pair of tied surfaces, and its motion.
-    #[serde(alias = "rigid")]
     driven: Vec<[[f64; 6]; 2]>,
 }
 

@@ -63,7 +63,7 @@ impl<const D: usize> RigidSurfaces<D> {
                 surfaces.nodes.extend(facet.iter().map(|node| first + node));
                 surfaces.offsets.push(surfaces.nodes.len() as u32);
                 surfaces.vtk_types.push(vtk_type(facet.len()));
-                surfaces.body.push(number as u16);
+                surfaces.body.push(u16::try_from(number).unwrap_or(u16::MAX));
             }
             surfaces.points.extend(drawing.points.iter().map(|x| <[f64; D]>::from(*x)));
             surfaces.ends.push((name.clone(), surfaces.points.len()));

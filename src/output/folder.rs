@@ -22,7 +22,7 @@ pub const RECORD: &str = "run.json";
 
 /// Files that a run may leave in its folder, apart from [`RECORD`]. Only these are removed when a
 /// result is replaced.
-const OWN: [&str; 19] = [
+const OWN: [&str; 21] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
@@ -36,8 +36,10 @@ const OWN: [&str; 19] = [
     "iterations.csv",
     "fields.pvd",
     "contact.pvd",
+    "rigid.pvd",
     "fields.vtkhdf",
     "contact.vtkhdf",
+    "rigid.vtkhdf",
     "fields",
     "figures",
     "checkpoints",

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::axis::Display;
+use super::shapes::is_solid;
 use crate::case::Units;
 use crate::error::{Error, Result};
 use crate::output::vtu::VtuValues;
@@ -51,7 +52,7 @@ pub struct Shot {
     pub bodies: Grid,
     /// The contact surfaces, one value per point; `None` if the case has no contact.
     pub surfaces: Option<Grid>,
-    /// The surfaces of obstacles and rigid bodies, without values; `None` if there are none.
+    /// In 2D the surfaces of obstacles and rigid bodies, without values; `None` if there are none.
     pub rigid: Option<Grid>,
 }
 
@@ -82,7 +83,7 @@ pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
     let rigid = rigid_entries(folder);
     for bodies in entries.iter().rev().filter(|entry| entry.part == 0) {
         let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == bodies.time);
-        match read_shot(folder, bodies, surface, &rigid) {
+        match read_shot(folder, bodies, surface, &rigid, notes) {
             Ok(shot) => return Some(shot),
             Err(e) => notes.push(format!("{e}; the previous step is drawn")),
         }
@@ -116,7 +117,7 @@ pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot>
     let mut shots = Vec::new();
     for body in chosen.into_iter().map(|k| bodies[k]) {
         let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == body.time);
-        match read_shot(folder, body, surface, &rigid) {
+        match read_shot(folder, body, surface, &rigid, notes) {
             Ok(shot) => shots.push(shot),
             Err(e) => notes.push(format!("{e}; this step is omitted")),
         }
@@ -135,12 +136,22 @@ fn read_shot(
     bodies: &pvd::PvdEntry,
     surfaces: Option<&pvd::PvdEntry>,
     rigid: &[pvd::PvdEntry],
+    notes: &mut Vec<String>,
 ) -> Result<Shot> {
     let read = |entry: &pvd::PvdEntry, value: Value| read_grid(&folder.join(&entry.file), value);
     let surfaces = surfaces.map(|entry| read(entry, Value::Pressure)).transpose()?;
-    let rigid = rigid.iter().find(|entry| entry.time == bodies.time);
-    let rigid = rigid.map(|entry| read(entry, Value::Nothing)).transpose()?;
-    Ok(Shot { time: bodies.time, bodies: read(bodies, Value::VonMises)?, surfaces, rigid })
+    let time = bodies.time;
+    let bodies = read(bodies, Value::VonMises)?;
+    let is_plane = !bodies.types.iter().any(|&kind| is_solid(kind));
+    let rigid = rigid.iter().find(|entry| is_plane && entry.time == time);
+    let rigid = rigid.and_then(|entry| match read(entry, Value::Nothing) {
+        Ok(grid) => Some(grid),
+        Err(e) => {
+            notes.push(format!("{e}; the rigid bodies are omitted"));
+            None
+        }
+    });
+    Ok(Shot { time, bodies, surfaces, rigid })
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

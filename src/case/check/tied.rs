@@ -34,11 +34,6 @@ impl Check<'_> {
             }
         }
         tied.jump.iter().for_each(|jump| self.jump(jump));
-        if let Some(jump) = tied.jump.as_ref().filter(|_| tied.offset.is_none()) {
-            self.found
-                .say(jump.place, "a `jump` belongs to surfaces that are apart, and there is no `offset`");
-            self.found.cure("add `offset`, the vector from the contactor to the target");
-        }
         tied.within.iter().for_each(|&within| self.found.positive("the distance", within));
     }
 

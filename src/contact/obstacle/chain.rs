@@ -93,7 +93,7 @@ impl Chain {
     /// Signed distance of `x` \[m\] from the surface, its gradient and its Hessian, positive outside.
     ///
     /// Nearer to the end of a line than `CENTRE` times the radius, `x` counts as beside the line.
-    /// Where two lines continue each other, no curvature appears therefore.
+    /// Where two lines continue each other, so no curvature appears.
     pub fn proximity(&self, x: &Vector<2>) -> Proximity<2> {
         let mut best = (f64::INFINITY, 0, 0.0);
         for line in 0..self.lines() {

@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 use super::tangents_of;
-use crate::tensor::Vector;
+use crate::tensor::{Vector, cross};
 
 /// Distance of facets from the surface, per size of the scene. Half of it doubles the number of
 /// facets in 3D and cannot be seen; at twice the value a tool seems to touch before it does.
@@ -16,27 +16,25 @@ const SAGITTA: f64 = 1e-3;
 /// Smallest number of facets around, so that small tools look round.
 const FEWEST: f64 = 48.0;
 
-/// Largest number of facets around a huge tool, of which the window shows a part: 260 000 facets in
-/// 3D.
-const fn most(dimension: usize) -> f64 {
-    if dimension == 2 { 20_000.0 } else { 720.0 }
+/// Largest number of facets along an arc. Longer arcs are those of profiles far larger than the scene.
+const fn most(dimension: usize) -> usize {
+    if dimension == 2 { 20_000 } else { 720 }
 }
 
 /// Largest number of facets of a picture. A shape with more is not drawn. With this many each output of
 /// fields has 20 MB more; with half or twice as many it is in proportion.
 const MOST_FACETS: usize = 200_000;
 
-/// Whether a shape of so many facets has too many of them near the scene as well. A huge ball is drawn
-/// from more facets than it has there.
+/// Whether so many facets are too many, although some of them may be far from the scene.
 pub(super) fn is_too_fine(facets: usize) -> bool {
     facets > 4 * MOST_FACETS
 }
 
 /// Distance from the scene up to which shapes without ends are drawn, per size of the scene.
-const BEYOND: f64 = 1.0;
+const BEYOND: f64 = 2.0;
 
 /// Distance from the scene up to which facets are drawn, per size of the scene, so that a huge tool
-/// does not hide the bodies. Tools of up to this radius are drawn completely.
+/// does not hide the bodies. Tools of up to this diameter are drawn completely.
 const WITHIN: f64 = 4.0;
 
 /// The part of space that a picture shows.
@@ -54,12 +52,19 @@ impl<const D: usize> Window<D> {
         BEYOND * self.size
     }
 
+    /// Half of the angle around a centre at this distance from the middle within which facets are drawn
+    /// \[rad\]; `PI` if all of them are.
+    pub(super) fn half_angle(&self, distance: f64) -> f64 {
+        let near = WITHIN * self.size;
+        // The chord to the farthest facet is shorter than the arc.
+        if distance <= near { PI } else { (0.5 * PI * near / distance).min(PI) }
+    }
+
     /// Number of equal parts of an arc of this angle \[rad\] and radius \[m\].
     fn parts(&self, angle: f64, radius: f64) -> usize {
-        let step = (8.0 * SAGITTA * self.size / radius).sqrt();
-        let step = step.clamp(2.0 * PI / most(D), 2.0 * PI / FEWEST);
-        // An arc of a round angle has no part more because of rounding.
-        ((angle.abs() / step - 1e-9).ceil() as usize).max(1)
+        let step = (8.0 * SAGITTA * self.size / radius).sqrt().min(2.0 * PI / FEWEST);
+        // Rounding must not add a part to a full circle.
+        ((angle.abs() / step - 1e-9).ceil() as usize).clamp(1, most(D))
     }
 
     /// Points of an arc in the plane from one angle to another \[rad\], both ends included.
@@ -165,12 +170,19 @@ impl<const D: usize> Drawing<D> {
         window: &Window<D>,
     ) -> Self {
         let widest = chain.iter().map(|point| point[0]).fold(0.0, f64::max);
-        let around = window.parts(2.0 * PI, widest);
+        let offset = window.centre - origin;
+        let across = offset - axis * axis.dot(&offset);
+        // Of a huge solid only the sector on the side of the bodies is drawn.
+        let half = window.half_angle(across.norm());
+        let is_round = half >= PI;
+        let parts = window.parts(2.0 * half, widest);
+        let around = if is_round { parts } else { parts + 1 };
         let mut drawing = Self::default();
         if is_too_fine(chain.len() * around) {
             return drawing;
         }
-        let [first, second] = tangents_of(axis);
+        let first = if is_round { tangents_of(axis)[0] } else { across.normalize() };
+        let second = cross(axis, &first);
         let rings: Vec<Vec<u32>> = chain
             .iter()
             .map(|point| {
@@ -179,16 +191,17 @@ impl<const D: usize> Drawing<D> {
                     return vec![drawing.point(middle); around];
                 }
                 let at = |k: usize| {
-                    let (sine, cosine) = (2.0 * PI * k as f64 / around as f64).sin_cos();
+                    let (sine, cosine) = (half * (2.0 * k as f64 / parts as f64 - 1.0)).sin_cos();
                     middle + (first * cosine + second * sine) * point[0]
                 };
                 (0..around).map(|k| drawing.point(at(k))).collect()
             })
             .collect();
+        let joins = if is_round { around } else { parts };
         let joined = if closed { rings.len() } else { rings.len().saturating_sub(1) };
         for ring in 0..joined {
             let (low, high) = (&rings[ring], &rings[(ring + 1) % rings.len()]);
-            for k in 0..around {
+            for k in 0..joins {
                 let next = (k + 1) % around;
                 drawing.facet(&[low[k], low[next], high[next], high[k]]);
             }
@@ -206,14 +219,15 @@ impl<const D: usize> Drawing<D> {
             (middle - window.centre).norm() - radius <= WITHIN * window.size
         };
         let mut kept = Self::default();
+        let mut places = vec![None; self.points.len()];
         for facet in self.facets().filter(|facet| is_near(facet)) {
-            kept.nodes.extend(facet);
+            for &node in facet {
+                let place = *places[node as usize].get_or_insert_with(|| kept.point(at(node)));
+                kept.nodes.push(place);
+            }
             kept.sizes.push(facet.len() as u8);
         }
-        if kept.sizes.len() > MOST_FACETS {
-            return Self::default();
-        }
-        Self { points: self.points, ..kept }
+        if kept.sizes.len() > MOST_FACETS { Self::default() } else { kept }
     }
 }
 
@@ -229,9 +243,12 @@ pub(super) fn beside<const D: usize>(
     distance: f64,
     window: &Window<D>,
 ) -> Vec<Vector<2>> {
-    /// Parts of each line, so that a part of it may be left out.
+    /// Parts of each line, so that a part of it may be left out. A chain of many lines has short ones.
     const PARTS: usize = 16;
+    /// Parts of all lines.
+    const ALL_PARTS: usize = 4096;
     let count = chain.len();
+    let parts = (ALL_PARTS / count.max(1)).clamp(1, PARTS);
     let along = |k: usize| (chain[(k + 1) % count] - chain[k % count]).normalize();
     let right = |k: usize| Vector::<2>::new(along(k)[1], -along(k)[0]);
     let mut curve = Vec::new();
@@ -249,7 +266,7 @@ pub(super) fn beside<const D: usize>(
             curve.push(corner + (before + after) * (distance / (1.0 + cosine)));
         }
         let end = chain[(k + 1) % count];
-        let inner = (1..PARTS).map(|part| part as f64 / PARTS as f64);
+        let inner = (0..=parts).map(|part| part as f64 / parts as f64);
         curve.extend(inner.map(|t| corner + (end - corner) * t + after * distance));
     }
     curve
@@ -283,8 +300,8 @@ pub(super) fn round_cuboid<const D: usize>(half: &Vector<D>, radius: f64, window
     }
     let parts = window.parts(0.5 * PI, radius);
     let mut drawing = Drawing::default();
-    // Rows from the bottom to the top, each around the axis; both have one more angle where the
-    // parts of a sphere are moved apart.
+    // A sphere whose octants are moved apart: rows from the bottom to the top, each around the axis.
+    // Angles between two octants occur twice, once in each of them.
     let angles = |quarters: usize, start: f64| -> Vec<(f64, usize)> {
         let of = |quarter: usize| {
             (0..=parts).map(move |k| (start + (quarter as f64 + k as f64 / parts as f64) * 0.5 * PI, quarter))
@@ -334,7 +351,6 @@ pub(super) fn round_cuboid<const D: usize>(half: &Vector<D>, radius: f64, window
 /// Volume within closed facets that are oriented outward \[m3\], in 2D the area \[m2\].
 #[cfg(test)]
 pub(super) fn volume<const D: usize>(drawing: &Drawing<D>) -> f64 {
-    use crate::tensor::cross;
     let at = |node: u32| drawing.points[node as usize];
     let of_facet = |facet: &[u32]| -> f64 {
         if D == 2 {
@@ -349,7 +365,7 @@ pub(super) fn volume<const D: usize>(drawing: &Drawing<D>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Shape, Side, Sphere, sample_shapes};
+    use super::super::{Cylinder, Shape, Side, Sphere, sample_shapes};
     use super::*;
 
     const WINDOWS: [f64; 2] = [0.02, 3.0];
@@ -404,6 +420,25 @@ mod tests {
         let drawing = disc.drawing(&window);
         let farthest = drawing.facets().flatten().map(|&node| drawing.points[node as usize].norm());
         assert!((2..40).contains(&drawing.sizes.len()) && farthest.fold(0.0, f64::max) < 8.0);
+        for radius in [300.0, 1e4, 1e6] {
+            let window = Window { centre: Vector::<3>::zeros(), size: 1.0 };
+            let centre = Vector::<3>::new(0.6, 0.0, 0.8) * (radius + 0.5);
+            let axis = Vector::<3>::new(0.0, 1.0, 0.0);
+            let sphere = Sphere::new(centre, radius, Side::Outside);
+            let cylinder = Cylinder::new(centre, axis, radius, Side::Outside);
+            let shapes: [&dyn Shape<3>; 2] = [&sphere, &cylinder];
+            for shape in shapes {
+                let drawing = shape.drawing(&window);
+                assert!(!drawing.sizes.is_empty(), "{shape:?}");
+                for facet in drawing.facets() {
+                    let corners = facet.iter().map(|&node| drawing.points[node as usize]);
+                    let middle = corners.sum::<Vector<3>>() / facet.len() as f64;
+                    let gap = shape.gap(&middle);
+                    assert!(gap.abs() < 3.0 * SAGITTA, "{shape:?} at {middle}: {gap:e}");
+                    assert!(middle.norm() < 12.0);
+                }
+            }
+        }
     }
 
     /// A profile of very many points is not drawn, and the limit is beyond any usual tool.

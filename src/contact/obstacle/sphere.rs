@@ -103,8 +103,12 @@ impl<const D: usize> Shape<D> for Sphere<D> {
         if D == 2 {
             return Drawing::chain_about(circle, true, &self.centre, &in_direction(1));
         }
-        let half: Vec<_> = window.arc(Vector::<2>::zeros(), self.radius, [-0.5 * PI, 0.5 * PI]).collect();
-        Drawing::revolved(&half, false, &self.centre, &in_direction(2), window)
+        // From the point that is nearest to the bodies.
+        let offset = window.centre - self.centre;
+        let axis = offset.try_normalize(0.0).unwrap_or_else(|| in_direction(2));
+        let last = 0.5 * PI - window.half_angle(offset.norm());
+        let side: Vec<_> = window.arc(Vector::<2>::zeros(), self.radius, [last, 0.5 * PI]).collect();
+        Drawing::revolved(&side, false, &self.centre, &axis, window)
     }
 
     fn anchored(&self, near: &Vector<D>) -> Box<dyn Shape<D>> {

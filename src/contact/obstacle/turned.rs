@@ -28,8 +28,8 @@ pub struct TurnedObstacle {
     pub point: At<Vec<Length>>,
     /// Direction of the axis, of any non-zero length.
     pub axis: At<Vec<Number>>,
-    /// Points `[r, z]` of the profile \[m\], at most 10 000: the distance from the axis, >= 0, and the
-    /// position along it. Either only the first and the last point have r = 0, or all points of a ring
+    /// Points of the profile \[m\], at most 10 000: the distance r from the axis, >= 0, and the
+    /// position z along it. Either only the first and the last point have r = 0, or all points of a ring
     /// have r > `radius`.
     pub profile: At<Vec<At<Vec<Length>>>>,
     /// Distance of the surface from the profile \[m\], > 0. It rounds edges that point outward. Make
