@@ -6,6 +6,9 @@ mod common;
 use std::collections::HashMap;
 
 use common::{Folder, Table, assert_says, run};
+use contact_petsc::output::vtu::VtuValues;
+use contact_petsc::output::vtu_reader::read_piece;
+use contact_petsc::output::{pvd, pvtu};
 
 /// A sphere of radius 1 about the origin as text STL: a cube whose faces have `n` times `n` cells of
 /// two triangles.
@@ -180,6 +183,77 @@ fn turned_solids_press_like_their_infinite_twins() {
             assert!(worst < 1e-8 * largest && other.len() == forces[0].len(), "{forces:?}");
         }
     }
+}
+
+/// A tool with a prescribed motion and a free body, away from a block.
+const MOVING: &str = "dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [2, 0.5], cells: [4, 1] } }
+    material: { neo_hookean: { young_modulus: 5e6, poisson_ratio: 0.3 } }
+    density: 1000
+rigid:
+  brick:
+    shape: { box: { center: [0.5, 1.5], size: [0.4, 0.2], radius: 0.05 } }
+    motion: { translation: { y: \"0.2 * t\" }, rotation: { about: [0.3, 1.4], angle: \"5 * t\" } }
+  disc:
+    shape: { sphere: { center: [1.5, 1.5], radius: 0.2 } }
+    free: { mass: 2, inertia: [0.1], center: [1.6, 1.5], initial_velocity: [1, 0.5], initial_spin: [-7] }
+contact:
+  one: { contactor: block.top, target: brick, friction: none }
+  two: { contactor: block.top, target: disc, friction: none }
+boundary: { clamp: { on: block.bottom, displacement: { x: 0, y: 0 } } }
+time: { end: 0.1, step: 0.02, scheme: { newmark: {} } }
+output: { fields: { every: 1 } }
+";
+
+/// The surfaces in `rigid.pvd` move with their bodies about the right points, on one and on two ranks.
+/// Figures are drawn with them, and without them when other results replace the folder.
+#[test]
+fn pictures_move_with_their_bodies() {
+    let folder = Folder::new("pictures");
+    folder.write("case.yml", MOVING);
+    for ranks in [1, 2] {
+        run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        let rigid = table(&folder, "rigid.csv");
+        let entries = pvd::read(&folder.join("out/rigid.pvd")).expect("a series");
+        let index = folder.join("out").join(&entries.last().expect("a step").file);
+        let source = pvtu::read(&index).expect("an index").remove(0);
+        let piece = read_piece(&index.with_file_name(source)).expect("a piece");
+        let VtuValues::Float64(moved) = &piece.point_data["displacement"].values else { panic!("numbers") };
+        let VtuValues::Int32(numbers) = &piece.cell_data["rigid"].values else { panic!("numbers") };
+        for (number, name, centre) in [(0, "brick", [0.3, 1.4]), (1, "disc", [1.6, 1.5])] {
+            let own = rigid.only("body", name);
+            let (sine, cosine) = own.last("rotation_z").sin_cos();
+            assert!(sine.abs() > 0.4 && entries.len() == 6);
+            let position = [own.last("position_x"), own.last("position_y")];
+            let cells = numbers.iter().enumerate().filter(|(_, found)| **found == number);
+            let points: Vec<usize> =
+                cells.flat_map(|(cell, _)| piece.cell(cell).iter().map(|&point| point as usize)).collect();
+            assert!(points.len() >= 96, "{}", points.len());
+            for point in points {
+                let x = &piece.points[point];
+                let arm = [x[0] - centre[0], x[1] - centre[1]];
+                let now = [
+                    position[0] + cosine * arm[0] - sine * arm[1],
+                    position[1] + sine * arm[0] + cosine * arm[1],
+                ];
+                for i in 0..2 {
+                    assert!((x[i] + moved[3 * point + i] - now[i]).abs() < 1e-12, "{name} at {x:?}");
+                }
+            }
+        }
+    }
+    run(0, &["plot", "out"], &folder).success();
+    let figure = folder.join("out/figures/deformed_von_mises.svg");
+    assert!(figure.exists());
+    let (bodies, rest) = MOVING.split_once("rigid:\n").expect("rigid bodies");
+    let (_, rest) = rest.split_once("boundary:").expect("a boundary");
+    folder.write("case.yml", &format!("{bodies}boundary:{rest}"));
+    run(1, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+    assert!(!folder.join("out/rigid.pvd").exists() && !figure.exists());
+    let plotted = run(0, &["plot", "out"], &folder).success();
+    assert!(figure.exists() && !plotted.text().contains("rigid"), "{}", plotted.text());
 }
 
 /// Shapes in the plane that describe the same solid press alike: a rounded box and a closed
