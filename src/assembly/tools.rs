@@ -183,7 +183,8 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// State of a free rigid body with this centre of mass before any motion \[m\], under this contact force \[N\] and torque \[N m\].
+/// State of a free rigid body with the centre of mass `reference` before any motion \[m\], under this
+/// contact force \[N\] and torque \[N m\].
 fn free_tool<const D: usize>(
     name: &str,
     reference: &Vector<D>,

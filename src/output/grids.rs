@@ -8,9 +8,10 @@ use crate::observe::fields::Field;
 pub struct GridCells<'a, const D: usize> {
     /// Elements of the bodies.
     pub volume: Cells<'a, D>,
-    /// Facets of the contact surfaces; `None` on all ranks if the case has no contact.
+    /// Facets of the contact surfaces; `None` on all ranks if the case has no contacts.
     pub surface: Option<Cells<'a, D>>,
-    /// Facets of obstacles and rigid bodies, on rank 0; `None` on all ranks if the case has none.
+    /// Facets of obstacles and rigid bodies, which rank 0 holds; `None` on all ranks if the case has no
+    /// such bodies.
     pub rigid: Option<Cells<'a, D>>,
 }
 
@@ -21,6 +22,6 @@ pub struct GridFields<'a> {
     pub volume: &'a [Field],
     /// Of the contact surfaces; `None` if the case has no contact.
     pub surface: Option<&'a [Field]>,
-    /// Of the obstacles and rigid bodies; `None` if the case has none.
+    /// Of obstacles and rigid bodies; `None` if the case has no such bodies.
     pub rigid: Option<&'a [Field]>,
 }

@@ -52,7 +52,7 @@ pub struct Shot {
     pub bodies: Grid,
     /// The contact surfaces, one value per point; `None` if the case has no contact.
     pub surfaces: Option<Grid>,
-    /// In 2D the surfaces of obstacles and rigid bodies, without values; `None` if there are none.
+    /// In 2D the surfaces of obstacles and rigid bodies, without values; `None` in a case without them.
     pub rigid: Option<Grid>,
 }
 

@@ -123,8 +123,7 @@ impl Scene {
     }
 }
 
-/// Distance from the bodies up to which rigid bodies are drawn, per size of the bodies. With half of it
-/// a tool can hardly be recognised; with twice the value it takes space from the bodies.
+/// Distance from the bodies up to which rigid bodies are drawn, per size of the bodies, chosen by eye.
 const MARGIN: f64 = 0.08;
 
 /// The part of a line that is within a rectangle; `None` if it is outside.
