@@ -15,10 +15,13 @@ use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 use contact_petsc::output::{pvd, pvtu};
 
-/// The small block with fields at each step.
+/// The small block with fields at each step. Two runs on the same ranks have the same bits, which MUMPS on
+/// several ranks does not give.
 fn case(fields: &str) -> String {
-    let output =
-        format!("output: {{ fields: {{ every: 1, {fields} }}, checkpoint: {{ every: 2, keep: 9 }} }}");
+    let output = format!(
+        "output: {{ fields: {{ every: 1, {fields} }}, checkpoint: {{ every: 2, keep: 9 }} }}\n\
+         solver: {{ linear: gmres_asm_ilu }}"
+    );
     SMALL_BLOCK.replace("output: { probes: { corner: { at: [0, 0] } } }", &output)
 }
 
@@ -221,8 +224,10 @@ fn compare(text: impl Fn(&str) -> String, ranks: usize) -> Vec<Snapshot> {
         let known = of_pieces(&pieces, series, ranks);
         let found = of_file(&Dump::of(&one, name), &known[0]);
         assert_eq!(known.len(), 5);
-        // Both runs have the same bits on the same number of ranks.
-        assert!(known == found, "{name} on {ranks} ranks:\n{:?}\n{:?}", known[1], found[1]);
+        if let Some((known, found)) = known.iter().zip(&found).find(|(known, found)| known != found) {
+            panic!("{name} on {ranks} ranks:\n{known:?}\n{found:?}");
+        }
+        assert_eq!(known.len(), found.len());
         if series == "fields.pvd" {
             bodies = found;
         }
