@@ -5,7 +5,7 @@ mod common;
 
 use std::collections::HashMap;
 
-use common::{Folder, Table, assert_says, run};
+use common::{Folder, Results, Table, assert_says, near, run};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 use contact_petsc::output::{pvd, pvtu};
@@ -288,5 +288,75 @@ fn one_solid_presses_alike_in_two_descriptions() {
         let largest = one.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
         assert!(largest > 1e3 && one.len() == other.len(), "{one:?}");
         assert!(one.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-9 * largest), "{one:?} {other:?}");
+    }
+}
+
+/// A block that is pressed into a die whose edges are rounded by a twenty-fifth of a facet.
+const DIE: &str = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.1, 0.1], cells: [4, 4], element: KIND } }
+    material: { neo_hookean: { young_modulus: 1.0e+6, poisson_ratio: 0.3 } }
+obstacles:
+  die: { box: { center: [0.05, 0.1], size: [0.11, 0.2001], radius: 0.001, side: inside } }
+contact:
+CONTACTS
+boundary:
+  ram: { on: block.top, displacement: { x: 0, y: '-0.03 * t' } }
+time: { end: 1, scheme: { static: { increments: 25 } } }
+solver: { newton: { tolerance: 1.0e-10 } }
+output: { checkpoint: { every: 12, keep: 9 } }
+";
+
+/// One contact over these sides, or a contact for each.
+fn over(text: &str, sides: &[&str], together: bool) -> String {
+    let law = "target: die, initial_overclosure: accept, friction: { coulomb: { coefficient: 0.2, \
+               regularization: { stick_stiffness: 1.0e+9 } } }";
+    let line = |name: &str, contactor: &str| format!("  {name}: {{ contactor: {contactor}, {law} }}\n");
+    let lists = sides.iter().map(|side| format!("block.{side}")).collect::<Vec<_>>();
+    let contacts = match together {
+        true => line("all", &format!("[{}]", lists.join(", "))),
+        false => sides.iter().zip(&lists).map(|(side, set)| line(side, set)).collect(),
+    };
+    text.replace("CONTACTS\n", &contacts)
+}
+
+/// One contact over several sides of a body is the contacts of its sides together, also where a sharp
+/// edge of the body meets two walls of a die. The vertices on the edge have a gap for each side, on any
+/// number of ranks and after a restart.
+#[test]
+fn one_contact_over_several_sides_is_those_of_the_sides() {
+    let space = DIE
+        .replace("dimension: 2", "dimension: 3")
+        .replace(
+            "min: [0, 0], max: [0.1, 0.1], cells: [4, 4]",
+            "min: [0, 0, 0], max: [0.1, 0.1, 0.1], cells: [3, 3, 3]",
+        )
+        .replace(
+            "center: [0.05, 0.1], size: [0.11, 0.2001]",
+            "center: [0.05, 0.05, 0.1], size: [0.11, 0.112, 0.2001]",
+        )
+        .replace("y: '-0.03 * t'", "y: 0, z: '-0.03 * t'");
+    for (text, kind, ranks) in [(DIE, "quad4", 2), (DIE, "quad8", 1), (DIE, "tri3", 1), (&space, "hex8", 2)] {
+        let text = text.replace("KIND", kind);
+        let (up, sides) = match kind {
+            "hex8" => ("force_z", &["bottom", "left", "right", "front", "back"][..]),
+            _ => ("force_y", &["bottom", "left", "right"][..]),
+        };
+        let one = Results::of(&over(&text, sides, true), ranks);
+        let many = Results::of(&over(&text, sides, false), 1);
+        let force = |results: &Results, folder: &str| {
+            Table::read(&results.0.join(folder).join("reactions.csv")).numbers(up)
+        };
+        let (found, known) = (force(&one, "out"), force(&many, "out"));
+        assert_eq!(found.len(), 26, "{kind}: no step was cut");
+        near(&found, &known, 1e-8);
+        let closed = many.table("contact.csv");
+        let beside = closed.only("contact", "left").last("force_n");
+        assert!(beside > 1e-4 * known[25].abs(), "{kind}: the walls carry, {beside}");
+        let start = "--restart=out/checkpoints/step-000012.ckpt";
+        run(3 - ranks, &["case.yml", "-q", "-o", "branch", start], &one.0).success();
+        near(&force(&one, "branch"), &known[13..], 1e-8);
     }
 }

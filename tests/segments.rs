@@ -544,19 +544,45 @@ solver: { newton: { tolerance: 1.0e-12 } }
 output: { fields: { every: 2 } }
 ";
 
-/// Contact of all surfaces with all others and with the obstacle passes the patch test, on any
-/// number of ranks. The stress is uniform, and both contacts carry the load. Between the blocks
+/// [`GENERAL`] in space.
+fn general_in_3d() -> String {
+    [
+        ("dimension: 2", "dimension: 3"),
+        (
+            "min: [0, 0.2], max: [0.4, 0.4], cells: [5, 3]",
+            "min: [0, 0, 0.2], max: [0.4, 0.3, 0.4], cells: [5, 3, 2]",
+        ),
+        (
+            "min: [0, 0], max: [0.4, 0.2], cells: [4, 2]",
+            "min: [0, 0, 0], max: [0.4, 0.3, 0.2], cells: [4, 4, 1]",
+        ),
+        ("point: [0, 0], normal: [0, 1]", "point: [0, 0, 0], normal: [0, 0, 1]"),
+        ("other: {", "front: { on: [upper.front, lower.front], displacement: { y: 0 } }\n  other: {"),
+    ]
+    .iter()
+    .fold(GENERAL.to_owned(), |text, (from, to)| text.replace(from, to))
+}
+
+/// Contact of all surfaces with all others and with the obstacle passes the patch test in 2D and 3D, on
+/// any number of ranks. The stress is uniform, and both contacts carry the load. Between the blocks
 /// each side carries half of it as the contactor.
 #[test]
 fn whatever_there_is_meets_whatever_else() {
-    for ranks in [1, 3] {
-        let results = Results::of(GENERAL, ranks);
-        let [stress, _] = errors(&results, 2);
-        assert!(stress < 1e-9, "{ranks} ranks: stress {stress:e}");
-        let force = 1e5 * 0.4 * stretch(1);
-        for name in ["all", "all-floor"] {
-            let found = results.table("contact.csv").only("contact", name).last("force_n");
-            assert!((found - force).abs() < 1e-9 * force, "{ranks} ranks, {name}: {found} N, not {force} N");
+    let plane = (2, GENERAL.to_owned(), 0.4 * stretch(1));
+    let space = (3, general_in_3d(), 0.12 * stretch(2).powi(2));
+    for (dimension, text, area) in [plane, space] {
+        for ranks in [1, 3] {
+            let results = Results::of(&text, ranks);
+            let [stress, _] = errors(&results, dimension);
+            assert!(stress < 1e-9, "{ranks} ranks: stress {stress:e}");
+            let force = 1e5 * area;
+            for name in ["all", "all-floor"] {
+                let found = results.table("contact.csv").only("contact", name).last("force_n");
+                assert!(
+                    (found - force).abs() < 1e-9 * force,
+                    "{ranks} ranks, {name}: {found} N, not {force} N"
+                );
+            }
         }
     }
 }

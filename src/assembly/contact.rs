@@ -7,7 +7,7 @@ use super::pair::{ContactPair, SearchRadii};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::contact::VertexContact;
 use crate::contact::mortar::obstacle::is_lumped;
-use crate::contact::mortar::surface::VertexSurface;
+use crate::contact::mortar::surface::{SharpEdges, VertexSurface};
 use crate::contact::normal::PressedSide;
 use crate::contact::obstacle::Shape;
 use crate::contact::point::{ContactLaw, Status};
@@ -98,8 +98,11 @@ impl<const D: usize> LocalContact<D> {
         };
         let lumped =
             |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind, local.mesh.plane));
+        // An obstacle has one gap for each side of an edge. Over a body the mean is kept, because the
+        // side that dips in beside a corner would push the corner back.
+        let edges = if target.obstacle().is_some() { SharpEdges::Divided } else { SharpEdges::Joined };
         let vertices = VertexContact {
-            surface: VertexSurface::new(&local.mesh, facets, &ownership, lumped),
+            surface: VertexSurface::new(&local.mesh, facets, &ownership, lumped, edges),
             target,
             law,
             area: if contact.current_area { AreaKind::Current } else { AreaKind::Reference },
@@ -134,6 +137,11 @@ impl<const D: usize> LocalContact<D> {
     /// Local nodes of the vertices, which are the contact points. Each belongs to exactly one rank.
     pub fn vertices(&self) -> &[u32] {
         self.pair.contact.surface.vertices()
+    }
+
+    /// For each vertex its number among those of its node, the same on every rank.
+    pub fn parts(&self) -> &[u32] {
+        self.pair.contact.surface.parts()
     }
 
     /// The obstacle, if the target is one.

@@ -35,6 +35,10 @@ const NODES: u64 = 1 << 16;
 /// has the most points, 27.
 const POINTS: u64 = 32;
 
+/// Number of keys of a node in the table of a contact, one for each smooth part of the surface around
+/// it. More sharp edges do not meet in one node.
+const PARTS: u64 = 256;
+
 /// Fields of the nodes with their names and with as many components as dimensions, or one.
 pub type NamedFields = Vec<(String, Vec<f64>)>;
 
@@ -459,7 +463,7 @@ pub fn state_tables<const D: usize>(
             blocks.push((point_names::<D>(k), source.contacts[number].points.clone()));
         }
         let keys = point_keys(&system.bodies, contact);
-        tables.push(StoredTable::of_blocks(&table_of(contact), keys, NODES, &blocks));
+        tables.push(StoredTable::of_blocks(&table_of(contact), keys, NODES * PARTS, &blocks));
     }
     tables.extend(system.bodies.viscous.iter().map(|body| branch_table(system, body, sources)));
     tables
@@ -560,9 +564,12 @@ fn node_keys<const D: usize>(bodies: &Bodies<D>) -> Vec<u64> {
     nodes.map(|&node| u64::from(node)).collect()
 }
 
+/// Keys of the vertices of a contact: number of the node, and the part of the surface around it.
 fn point_keys<const D: usize>(bodies: &Bodies<D>, contact: &LocalContact<D>) -> Vec<u64> {
-    let key = |&node: &u32| u64::from(bodies.local.input_node[node as usize]);
-    contact.vertices().iter().map(key).collect()
+    let key = |(&node, &part): (&u32, &u32)| {
+        PARTS * u64::from(bodies.local.input_node[node as usize]) + u64::from(part)
+    };
+    contact.vertices().iter().zip(contact.parts()).map(key).collect()
 }
 
 /// Depths of the contacts on a rank. On another number of ranks they are the largest ones.

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
+use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::NORMAL_LAWS;
 use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, penalty, target};
 use crate::contact::point::TermSelection;
@@ -66,7 +67,13 @@ impl<const D: usize> Scene<D> {
         let mine = vec![true; mesh.element_count()];
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
-        let surface = VertexSurface::new(&mesh, &mesh.facet_sets["upper.bottom"], &ownership, |_| false);
+        let surface = VertexSurface::new(
+            &mesh,
+            &mesh.facet_sets["upper.bottom"],
+            &ownership,
+            |_| false,
+            SharpEdges::Joined,
+        );
         let target = target(&mesh, &["lower.top"]);
         let facets = surface.facets().len() as u32;
         let couples: Vec<(u32, u32)> =

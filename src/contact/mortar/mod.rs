@@ -11,6 +11,7 @@
 //! - `intersection` finds the segments of two pieces (`line` in the plane, `polygon` in space).
 //! - [`integrals`] integrates over a pair of facets, and `over_obstacle` over an obstacle. `products`
 //!   adds up the derivatives.
+//! - `smooth_parts` divides the facets around a node at sharp edges.
 //! - [`kernel`] evaluates the laws of a vertex.
 //! - [`tied`] ties two surfaces in the reference configuration.
 //! - [`contact`] combines them, and `over_step` does so for the conserving scheme. `moving` does so
@@ -36,6 +37,7 @@ mod products;
 pub mod resultant;
 pub mod segment;
 pub mod shape;
+mod smooth_parts;
 pub mod split;
 pub mod surface;
 pub mod tied;

@@ -6,6 +6,7 @@ use super::super::obstacle::is_lumped;
 use super::tests::{CONTACT_TERMS, Dense, Scene, error_over_step, rate, regimes, stored_energy};
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction};
+use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::NORMAL_LAWS;
 use crate::contact::obstacle::{Plane, Shape, sample_shapes};
 use crate::contact::pair_scene::{block, coulomb, penalty};
@@ -56,8 +57,8 @@ impl<const D: usize> Scene<D> {
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
         let facets = &mesh.facet_sets["upper.bottom"];
-        let surface =
-            VertexSurface::new(&mesh, facets, &ownership, |kind| is_lumped(&**obstacle, kind, mesh.plane));
+        let lumped = |kind| is_lumped(&**obstacle, kind, mesh.plane);
+        let surface = VertexSurface::new(&mesh, facets, &ownership, lumped, SharpEdges::Divided);
         let state = ContactState::new(surface.vertices().len());
         let contact = VertexContact {
             surface,

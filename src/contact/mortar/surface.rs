@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::integrals::tangents;
 use super::shape::FacetShape;
+use super::smooth_parts::{FacetCorner, smooth_parts};
 use super::split::linear;
 use crate::contact::nodal::at;
 use crate::contact::surface::Ownership;
@@ -51,6 +53,77 @@ struct FacetWeight {
     shares: [[f64; 4]; 4],
 }
 
+/// How many vertices a node on a sharp edge of the contactor has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SharpEdges {
+    /// One, with the mean gap of all facets around it.
+    Joined,
+    /// One for each smooth part of the surface around it.
+    Divided,
+}
+
+/// Numbers of the vertices of a rank.
+struct Numbering {
+    /// Local nodes of the vertices.
+    vertices: Vec<u32>,
+    /// For each vertex its number among those of its node.
+    parts: Vec<u32>,
+    /// For each facet the vertices at its corners; `None` at nodes of other ranks.
+    of_corners: Vec<[Option<u32>; 4]>,
+}
+
+impl Numbering {
+    /// Numbers the vertices of `facets` at the first `owned` nodes.
+    fn new<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], owned: usize, edges: SharpEdges) -> Self {
+        let mut around: BTreeMap<u32, Vec<(usize, usize)>> = BTreeMap::new();
+        let mut nodes = Vec::new();
+        for (number, &facet) in facets.iter().enumerate() {
+            mesh.facet_nodes(facet, &mut nodes);
+            let corners = mesh.facet_kind(facet).corners();
+            for (corner, &node) in nodes[..corners].iter().enumerate() {
+                if (node as usize) < owned {
+                    around.entry(node).or_default().push((number, corner));
+                }
+            }
+        }
+        let mut numbering = Self {
+            vertices: Vec::new(),
+            parts: Vec::new(),
+            of_corners: vec![[None; 4]; facets.len()],
+        };
+        for (node, places) in around {
+            let parts = match edges {
+                SharpEdges::Joined => vec![0; places.len()],
+                SharpEdges::Divided => {
+                    let corners = places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner));
+                    smooth_parts(&corners.collect::<Vec<_>>())
+                }
+            };
+            let first = numbering.vertices.len() as u32;
+            for (part, (number, corner)) in parts.iter().zip(places) {
+                numbering.of_corners[number][corner] = Some(first + part);
+            }
+            let count = parts.iter().max().map_or(0, |last| last + 1);
+            numbering.vertices.extend((0..count).map(|_| node));
+            numbering.parts.extend(0..count);
+        }
+        numbering
+    }
+}
+
+/// The undeformed facet at one of its corners.
+fn corner_of<const D: usize>(mesh: &Mesh<D>, facet: Facet, corner: usize) -> FacetCorner<D> {
+    let mut nodes = Vec::new();
+    mesh.facet_nodes(facet, &mut nodes);
+    let kind = mesh.facet_kind(facet);
+    let [first, second, _] = reference(kind).node_coordinates()[corner];
+    let points: Vec<_> = nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])).collect();
+    let tangents = tangents(&FacetShape::at(kind, [first, second]), &points);
+    let corners = kind.corners();
+    let beside = [nodes[(corner + corners - 1) % corners], nodes[(corner + 1) % corners]];
+    FacetCorner { normal: facet_normal(&tangents), beside }
+}
+
 /// Extent across the plane where the shape functions of nodes at these positions have these values.
 fn depth_at<const D: usize>(plane: PlaneState, points: &[Vector<D>], shape: &[f64]) -> f64 {
     plane.depth(points.iter().zip(shape).map(|(point, n)| point[0] * n).sum())
@@ -59,14 +132,16 @@ fn depth_at<const D: usize>(plane: PlaneState, points: &[Vector<D>], shape: &[f6
 /// Vertices of one contactor that this rank owns, with the facets around them.
 ///
 /// A vertex is a corner of a facet. It carries the laws, the history and the multipliers of the
-/// contact. The nodes between corners of quadratic facets carry none of these. Facets are in the
-/// order of the input mesh, which is the same on every rank.
+/// contact. The nodes between corners of quadratic facets carry none of these. A node on a sharp edge
+/// has several vertices if the edges are divided. Facets are in the order of the input mesh, which is
+/// the same on every rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VertexSurface<const D: usize> {
     facets: Vec<VertexFacet>,
     nodes: Vec<u32>,
     reference_points: Vec<Vector<D>>,
     vertices: Vec<u32>,
+    parts: Vec<u32>,
     reference_area: Vec<f64>,
     /// Facets around vertex `p`: `around[first[p]..first[p + 1]]`.
     first: Vec<u32>,
@@ -82,42 +157,29 @@ impl<const D: usize> VertexSurface<D> {
         facets: &[Facet],
         ownership: &Ownership<'_>,
         lumped: impl Fn(ElementKind) -> bool,
+        edges: SharpEdges,
     ) -> Self {
         let mut sorted = facets.to_vec();
         sorted.sort_by_key(|facet| (ownership.global_element[facet.element as usize], facet.side));
-        let mut nodes = Vec::new();
-        let owned = ownership.owned_nodes as u32;
-        let mut numbers = BTreeMap::new();
-        for &facet in &sorted {
-            mesh.facet_nodes(facet, &mut nodes);
-            let corners = mesh.facet_kind(facet).corners();
-            nodes[..corners].iter().filter(|&&node| node < owned).for_each(|&node| {
-                numbers.insert(node, 0u32);
-            });
-        }
-        for (number, entry) in numbers.values_mut().enumerate() {
-            *entry = number as u32;
-        }
+        let numbering = Numbering::new(mesh, &sorted, ownership.owned_nodes, edges);
         let mut surface = Self {
             facets: Vec::new(),
             nodes: Vec::new(),
             reference_points: Vec::new(),
-            vertices: numbers.keys().copied().collect(),
-            reference_area: vec![0.0; numbers.len()],
+            reference_area: vec![0.0; numbering.vertices.len()],
+            vertices: numbering.vertices,
+            parts: numbering.parts,
             first: Vec::new(),
             around: Vec::new(),
             plane: mesh.plane,
         };
-        for facet in sorted {
-            mesh.facet_nodes(facet, &mut nodes);
-            let kind = mesh.facet_kind(facet);
-            let mut vertices = [None; 4];
-            for (vertex, node) in vertices.iter_mut().zip(&nodes[..kind.corners()]) {
-                *vertex = numbers.get(node).copied();
-            }
+        let mut nodes = Vec::new();
+        for (facet, vertices) in sorted.into_iter().zip(numbering.of_corners) {
             if vertices.iter().all(Option::is_none) {
                 continue;
             }
+            mesh.facet_nodes(facet, &mut nodes);
+            let kind = mesh.facet_kind(facet);
             let first = surface.nodes.len();
             surface.nodes.extend_from_slice(&nodes);
             surface
@@ -199,9 +261,14 @@ impl<const D: usize> VertexSurface<D> {
         &self.reference_points[facet.nodes.clone()]
     }
 
-    /// Local nodes of the vertices of this rank.
+    /// Local nodes of the vertices of this rank. The vertices of one node follow each other.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
+    }
+
+    /// For each vertex its number among those of its node, the same on every rank.
+    pub fn parts(&self) -> &[u32] {
+        &self.parts
     }
 
     /// Numbers of the facets around a vertex.

@@ -1,7 +1,7 @@
 //! Ties of two surfaces whose meshes need not match (theory, section 3.16).
 
 use super::integrals::{AcrossPlane, AreaMeasure, FacetPair, Opposite, PairWorkspace, PlacedFacet, Range};
-use super::surface::VertexSurface;
+use super::surface::{SharpEdges, VertexSurface};
 use crate::contact::surface::Ownership;
 use crate::mesh::{Bounds, BoundsTree, Facet, Mesh, Tie};
 use crate::tensor::Vector;
@@ -64,7 +64,7 @@ impl<const D: usize> TiedSurfaces<'_, D> {
         let number: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let mine = vec![true; number.len()];
         let all = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &number };
-        let surface = VertexSurface::new(mesh, self.contactor, &all, |_| false);
+        let surface = VertexSurface::new(mesh, self.contactor, &all, |_| false, SharpEdges::Joined);
         let mut sums = vec![Sum::default(); surface.vertices().len()];
         let mut nodes = Vec::new();
         let mut around_target = |&facet: &Facet| {
