@@ -358,3 +358,48 @@ fn restarts_to_rounding_are_told() {
     folder.write("case.yml", &with("time:", "solver: { linear: direct }\ntime:"));
     assert!(!run(2, &["case.yml", "-o", "out"], &folder).success().stdout.contains("only to rounding"));
 }
+
+/// A cube between six rigid planes. Its stretch along y is 0.98, and its pressure is known.
+const CONFINED: &str = "
+dimension: 2
+bodies:
+  plug: { mesh: { box: { min: [0, 0], max: [1, 1], cells: [8, 8] } }, material: { neo_hookean: { young_modulus: 5.0e+6, poisson_ratio: RATIO } } }
+rigid:
+  floor: { shape: { plane: { point: [0, 0], normal: [0, 1] } } }
+  wall: { shape: { plane: { point: [0, 0], normal: [1, 0] } } }
+  other: { shape: { plane: { point: [1, 0], normal: [-1, 0] } } }
+  ram: { shape: { plane: { point: [0, 1], normal: [0, -1] } }, motion: { translation: { y: '-0.02 * t' } } }
+contact:
+  below: { contactor: plug.bottom, target: floor, friction: none, LAW }
+  left: { contactor: plug.left, target: wall, friction: none, LAW }
+  right: { contactor: plug.right, target: other, friction: none, LAW }
+  above: { contactor: plug.top, target: ram, friction: none, LAW }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+output: { fields: { every: 0 } }
+";
+
+/// The stiffness that the program chooses is too low where a nearly incompressible body cannot bulge.
+/// The run says so, and the compliance that the documentation gives for this case brings the force to
+/// that of the confined body. Compressible rubber gets no warning, nor does a compliance of the case.
+#[test]
+fn contacts_softer_than_confined_rubber_are_told() {
+    let (young, ratio) = (5.0e6, 0.499);
+    let modulus = young * (1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio));
+    let compliance = 0.125 / (20.0 * modulus);
+    let stiff = format!("normal: {{ penalty: {{ compliance: {compliance:e} }} }}");
+    let solve = |ratio: &str, law: &str| {
+        let folder = Folder::new("confined");
+        folder.write("case.yml", &CONFINED.replace("RATIO", ratio).replace(", LAW", law));
+        let output = run(1, &["case.yml", "--output", "out"], &folder).success();
+        (output.stderr, Results(folder).table("rigid.csv").only("body", "ram").last("force_y"))
+    };
+    let soft = "the contacts store";
+    let (warned, _) = solve("0.499", "");
+    assert_says(&warned, &[soft, "'below', 'left', 'right', 'above'", "compliance"]);
+    let (quiet, force) = solve("0.499", &format!(", {stiff}"));
+    assert!(!quiet.contains(soft), "{quiet}");
+    // At this modulus over the length, less what the contacts of both ends and of the sides give way.
+    let share = force.abs() / (0.02 * modulus);
+    assert!((0.93..1.02).contains(&share), "{share}");
+    assert!(!solve("0.45", "").0.contains(soft));
+}

@@ -587,6 +587,37 @@ fn whatever_there_is_meets_whatever_else() {
     }
 }
 
+/// A block on a wider one under their weight, without friction. The sides of the upper block stand
+/// upright on the lower one, which bulges beside it.
+const STACK: &str = "
+dimension: 3
+bodies:
+  lower: { mesh: { box: { min: [0, 0, 0], max: [1, 1, 0.5], cells: [3, 3, 2] } }, material: { neo_hookean: { young_modulus: 1.0e+6, poisson_ratio: 0.3 } }, density: 1000 }
+  upper: { mesh: { box: { min: [0.1, 0.15, 0.5], max: [0.9, 0.85, 0.9], cells: [4, 2, 2] } }, material: { neo_hookean: { young_modulus: 5.0e+5, poisson_ratio: 0.3 } }, density: 1000 }
+obstacles: { floor: { plane: { point: [0, 0, 0], normal: [0, 0, 1] } } }
+contact: CONTACT
+boundary: { weight: { on: [lower, upper], gravity: [0, 0, -9.81] } }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+output: { fields: { every: 0 } }
+";
+
+/// Facets that stand upright on the other side carry nothing: `contact: all` needs no more iterations than
+/// a contact that names the faces, and carries the same weight.
+#[test]
+fn upright_sides_carry_nothing() {
+    let named = "{ pair: { contactor: upper.bottom, target: lower.top, friction: none }, \
+                 base: { contactor: lower.bottom, target: floor, friction: none } }";
+    let weight = 1000.0 * 9.81 * 0.8 * 0.7 * 0.4;
+    for (contact, name, ranks) in [(named, "pair", 1), ("all", "all", 1), ("all", "all", 3)] {
+        let results = Results::of(&STACK.replace("CONTACT", contact), ranks);
+        let force = results.table("contact.csv").only("contact", name).last("force_n");
+        // The sum of the normal forces is larger than the weight by the slope of the dented surface.
+        assert!((force / weight - 1.0).abs() < 1e-5, "{name}: {force} N, not {weight} N");
+        let iterations = results.record()["newton_iterations"].as_u64().expect("a count");
+        assert!(iterations <= 3, "{name}: {iterations}");
+    }
+}
+
 /// A block that falls on its corner. Facets next to the corner have an angle of more than 60
 /// degrees to the plane, so that all their nodes share the force of the vertex.
 const ON_A_CORNER: &str = "

@@ -144,6 +144,13 @@ impl<const D: usize> LocalContact<D> {
         self.pair.contact.surface.parts()
     }
 
+    /// Whether the node of a vertex has several vertices, because it is on a sharp edge.
+    pub fn is_on_edge(&self, vertex: usize) -> bool {
+        let nodes = self.vertices();
+        let same = |other: Option<usize>| other.and_then(|other| nodes.get(other)) == Some(&nodes[vertex]);
+        same(vertex.checked_sub(1)) || same(Some(vertex + 1))
+    }
+
     /// The obstacle, if the target is one.
     pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         self.pair.contact.target.obstacle()

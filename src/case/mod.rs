@@ -54,7 +54,7 @@ pub use region::Region;
 pub use rigid::{Degree, FreeMotion, PrescribedMotion, Rigid, Rotation, TorsionSpring, inertia_tensor};
 pub use roller::Roller;
 pub use sets::{BodySet, Combination, Members, Selection, SetNames};
-pub use solver::{Krylov, Newton, Solver, Strategy, Variant};
+pub use solver::{Krylov, Newton, Solver, StageMatrix, Strategy, Variant};
 pub use start::Start;
 pub use tied::Tied;
 pub use time::Time;

@@ -46,6 +46,9 @@ pub enum Strategy {
         /// Friction in the first stage.
         #[serde(default)]
         variant: Variant,
+        /// Matrix of both stages.
+        #[serde(default)]
+        matrix: StageMatrix,
     },
 }
 tagged!(Strategy, "strategy");
@@ -71,6 +74,20 @@ pub enum Variant {
     FrozenTraction,
 }
 tagged!(Variant, "variant");
+
+/// Matrix of the stages of the staggered strategy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "StageMatrix")]
+pub enum StageMatrix {
+    /// The symmetric terms of its derivative, for methods that need symmetry.
+    #[default]
+    Symmetric,
+    /// The complete derivative, for methods without this need. Over curved and deformable targets
+    /// a stage takes far fewer iterations with it, and converges where it otherwise would not.
+    Complete,
+}
+tagged!(StageMatrix, "matrix");
 
 /// Newton iteration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

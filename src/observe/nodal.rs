@@ -7,6 +7,9 @@ use crate::error::Result;
 use crate::petsc::Vector;
 use crate::tensor::Vector as Point;
 
+/// Weight of a vertex that counts only where no other one does.
+const ASIDE: f64 = 1e-100;
+
 /// A value at the nodes of a contactor.
 #[derive(Debug, Clone, Copy)]
 pub enum NodalValue<const D: usize> {
@@ -124,6 +127,9 @@ impl<const D: usize> NodalSums<D> {
                 sample.clear();
                 sample.push(1.0);
                 let point = ContactPoint::new(contact, vertex, u);
+                // The side of an edge that does not face the target does not dilute the pressure.
+                let aside = contact.is_on_edge(vertex) && point.state.area == 0.0;
+                let share = if aside { ASIDE * share } else { share };
                 values.iter().for_each(|value| value.sample(&point, &mut sample));
                 let row = &mut sums[node as usize * width..][..width];
                 row.iter_mut().zip(&sample).for_each(|(sum, value)| *sum += share * value);

@@ -153,10 +153,11 @@ fn with_hint_on_supports<const D: usize>(
 fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
     let shorter = if case.is_static() { "more load steps" } else { "a shorter step" };
     let augmented = asks_for_penetration(case);
+    let complete = if options::has_symmetric_stages(case) { COMPLETE_STAGES } else { "" };
     match trouble {
-        _ if cause == Cause::Guard => {
-            format!("try {shorter}; where elements are crushed, reduce the load or use a coarser mesh")
-        }
+        _ if cause == Cause::Guard => format!(
+            "try {complete}{shorter}; where elements are crushed, reduce the load or use a coarser mesh"
+        ),
         Trouble::Numbers => TOO_LARGE.to_owned(),
         Trouble::Motion => format!("try {shorter}, or a larger `time.cuts`"),
         Trouble::Multipliers => format!(
@@ -172,10 +173,13 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
             let damped = if swings(case) { " or a dissipative scheme such as generalized_alpha" } else { "" };
             let more = if softer.is_empty() && damped.is_empty() { " or a larger `time.cuts`" } else { "" };
             let limit = if is_loaded(case) { BEYOND_A_LIMIT_LOAD } else { "" };
-            format!("try {shorter}{softer}{damped}{more}{limit}")
+            format!("try {complete}{shorter}{softer}{damped}{more}{limit}")
         }
     }
 }
+
+/// Hint for stages whose symmetric matrix is not the derivative of their balance.
+const COMPLETE_STAGES: &str = "`matrix: complete` in `staggered`, ";
 
 /// Hint for a load beyond what a body can carry: there is no equilibrium nearby, whatever the step
 /// length.

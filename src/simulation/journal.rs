@@ -10,7 +10,10 @@ use super::derived::{StepRows, derived_cells};
 use super::earlier_run::EarlierRun;
 use super::field_output::FieldOutput;
 use super::place::{RunRequest, prepare, shared_folder, versions};
-use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
+use super::remarks::{
+    RESTARTS_TO_ROUNDING, SpringEnergies, contact_starts, is_chosen, notes, remarks, untouched, unused,
+    warning,
+};
 use super::tables::Tables;
 use super::unit_note::unit_note;
 use crate::advice::precision::Precision;
@@ -81,6 +84,8 @@ pub struct Journal<const D: usize> {
     precision: Option<Precision>,
     /// Warnings that would be printed if the run ended now.
     last_words: Vec<String>,
+    /// Largest energies since the start or restart.
+    springs: SpringEnergies,
     pub(super) record: Record,
     /// What was computed before this process, and the instant \[s\] at which this process began.
     past: Option<(EarlierRun, f64)>,
@@ -137,6 +142,7 @@ impl<const D: usize> Journal<D> {
             line_points: Vec::new(),
             precision: None,
             last_words: Vec::new(),
+            springs: SpringEnergies::default(),
             record,
             past,
             began: Instant::now(),
@@ -318,6 +324,9 @@ impl<const D: usize> Journal<D> {
         energies: &Energies,
         dt: f64,
     ) -> Result<()> {
+        if self.step > 0 {
+            self.springs.record(energies);
+        }
         let points = probes::report(system, &self.watched, stage)?;
         let along = lines::report(system, &self.line_points, stage)?;
         let resultants = contact::resultants(system, stage);
@@ -403,7 +412,11 @@ impl<const D: usize> Journal<D> {
         let precision = self.precision.iter();
         let blurred = precision.flat_map(|known| precision::blurred(&self.record.penetrations, known));
         let last_words = std::mem::take(&mut self.last_words);
-        let contacts = contacts.chain(missed).chain(blurred).chain(last_words).collect::<Vec<_>>();
+        let chosen = self.model.contacts.iter().filter(|contact| is_chosen(contact));
+        let chosen: Vec<&str> = chosen.map(|contact| &*contact.name).collect();
+        let soft = self.springs.warning(&chosen, self.record.units);
+        let contacts =
+            contacts.chain(missed).chain(blurred).chain(last_words).chain(soft).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = self.write_end();

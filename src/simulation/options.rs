@@ -9,7 +9,7 @@ use crate::petsc::{Format, Session};
 use crate::presets::{CgFilteredAmg, FilteredAmg, Linear, Passes, TwoStage};
 use crate::solvers::{
     Augmented, Cycle, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Problem,
-    Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
+    StageMatrix, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -49,7 +49,7 @@ pub fn linear(case: &Case) -> LinearChoice {
         Linear::CgFilteredAmg(CgFilteredAmg { layers }) => {
             LinearChoice::FilteredAmg(preset.name, FilteredAmgSettings { layers, passes: Passes::Around })
         }
-        Linear::Direct if staggered(case).is_some() => LinearChoice::Named("cholesky"),
+        Linear::Direct if has_symmetric_stages(case) => LinearChoice::Named("cholesky"),
         _ => LinearChoice::Named(preset.name),
     }
 }
@@ -62,15 +62,25 @@ fn has_friction(case: &Case) -> bool {
 /// friction.
 pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
     match &case.solver.strategy.value {
-        case::Strategy::Staggered { tolerance, max_sweeps, variant } if has_friction(case) => {
+        case::Strategy::Staggered { tolerance, max_sweeps, variant, matrix } if has_friction(case) => {
             let known = match variant {
                 case::Variant::FrozenBound => KnownFriction::Bound,
                 case::Variant::FrozenTraction => KnownFriction::Traction,
             };
-            Some(StaggeredSettings { tolerance: tolerance.value, max_sweeps: max_sweeps.value, known })
+            let matrix = match matrix {
+                case::StageMatrix::Symmetric => StageMatrix::Symmetric,
+                case::StageMatrix::Complete => StageMatrix::Complete,
+            };
+            let (tolerance, max_sweeps) = (tolerance.value, max_sweeps.value);
+            Some(StaggeredSettings { tolerance, max_sweeps, known, matrix })
         }
         _ => None,
     }
+}
+
+/// Whether the steps are solved in stages with symmetric matrices.
+pub fn has_symmetric_stages(case: &Case) -> bool {
+    staggered(case).is_some_and(|settings| settings.matrix == StageMatrix::Symmetric)
 }
 
 /// Remarks on the choices of the case.
@@ -204,12 +214,12 @@ pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strat
     }
 }
 
-/// The properties of the linear problem of a step. Each stage of a staggered step is symmetric.
+/// The properties of the linear problem of a step. The stages of a staggered step are symmetric by default.
 pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Problem {
     let scheme = scheme(&case.time);
     let problem = problem(case, system, scheme.has_inertia());
     let symmetric = problem.symmetric && (scheme != Scheme::Conserving || system.has_symmetric_steps());
-    Problem { symmetric: symmetric || staggered(case).is_some(), ..problem }
+    Problem { symmetric: symmetric || has_symmetric_stages(case), ..problem }
 }
 
 /// The properties of a linear problem.
@@ -254,7 +264,7 @@ pub fn format<const D: usize>(
         dimension: D,
         dynamic: !case.is_static(),
         symmetric: !(has_friction(case) || case.has_unsymmetric_steps() || case.has_unsymmetric_contact())
-            || staggered(case).is_some(),
+            || has_symmetric_stages(case),
         contact: !case.contact.is_empty(),
         tied: !case.tied.is_empty(),
         nearly_incompressible: is_nearly_incompressible(case),

@@ -2,9 +2,11 @@
 
 use crate::assembly::{ContactSystem, Overclosure};
 use crate::case::Units;
+use crate::contact::normal::PressedSide;
 use crate::dynamics::Equations;
 use crate::error::shown;
 use crate::model::ContactModel;
+use crate::observe::energy::Energies;
 use crate::observe::probes::Watched;
 use crate::output::record::PenetrationRecord;
 use crate::output::summary::ContactStart;
@@ -55,6 +57,53 @@ pub(super) fn warning(contact: &PenetrationRecord, is_general: bool, units: Unit
          hint: request {:.1e} {m}, or set normal: {{ penalty: {{ compliance: ... }} }}",
         asked * asked / deepest
     ))
+}
+
+/// Largest energies of a run, of contacts whose stiffness the program chose and of the bodies.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SpringEnergies {
+    /// Energy that the contact laws store \[J\].
+    pub contact: f64,
+    /// Strain energy \[J\].
+    pub strain: f64,
+}
+
+impl SpringEnergies {
+    /// Ratio of both from which on the contacts give way too much. Where a contact and the body beneath
+    /// it are springs in series, the force is too small by this ratio over one plus this ratio.
+    const SOFT: f64 = 0.25;
+
+    /// Adds the energies of a step. The first row may be one before the first balance.
+    pub fn record(&mut self, energies: &Energies) {
+        self.contact = self.contact.max(energies.contact);
+        self.strain = self.strain.max(energies.strain + energies.viscous_stored);
+    }
+
+    /// A warning on contacts that are soft beside the bodies. `chosen` are the names of contacts whose
+    /// stiffness the program chose.
+    pub fn warning(&self, chosen: &[&str], units: Units) -> Option<String> {
+        if chosen.is_empty() || self.contact <= Self::SOFT * self.strain {
+            return None;
+        }
+        let ratio = 100.0 * self.contact / self.strain;
+        Some(format!(
+            "warning: the contacts store {:.2e} {}, {ratio:.0} % of the largest strain energy of the bodies: they \
+             give way as much as the bodies, and forces are too small\n\
+             hint: the stiffness of {} follows Young's modulus, and is low beside nearly incompressible bodies \
+             that are confined; set normal: {{ penalty: {{ compliance: ... }} }}",
+            self.contact,
+            units.of("J"),
+            chosen.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
+        ))
+    }
+}
+
+/// Whether the program chooses the stiffness of a contact, from Young's modulus and the size of the
+/// facets.
+pub(super) fn is_chosen<const D: usize>(contact: &ContactModel<D>) -> bool {
+    let side = |young_modulus: f64| PressedSide { young_modulus, facet_size: 1.0 };
+    contact.penetration.is_none()
+        && contact.normal.completed(&side(1.0)) != contact.normal.completed(&side(2.0))
 }
 
 /// Warnings about PETSc options of the user that PETSc did not read.

@@ -40,6 +40,6 @@ pub use held::{Driven, HeldMotions, describe};
 pub use ladder::{LinearChoice, Problem, ladder, storage};
 pub use linear::{Fallback, LinearSolver, Solved};
 pub use monolithic::{Monolithic, NewtonSettings};
-pub use staggered::{Staggered, StaggeredSettings};
+pub use staggered::{StageMatrix, Staggered, StaggeredSettings};
 pub use strategy::{STRATEGIES, Strategy, first_guess};
 pub use two_stage::TwoStageSettings;

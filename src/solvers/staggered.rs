@@ -1,8 +1,9 @@
 //! The two-stage scheme (3.6), (3.7) (theory, section 5.4).
 //!
 //! It alternates between normal contact under known friction and friction under known pressure,
-//! until both agree. Each stage drops one coupling from the residual and every non-symmetric term
-//! from the matrix. Both stages can therefore use methods for symmetric matrices.
+//! until both agree. Each stage drops one coupling from the residual and, unless the case asks for the
+//! complete matrix, every non-symmetric term from the matrix. Both stages can then use methods for
+//! symmetric matrices.
 //!
 //! The scheme contracts by a factor proportional to the coefficient of friction, hence does not
 //! converge if that is large. Oscillating overshoots still converge if the stages exchange only a
@@ -34,6 +35,27 @@ pub struct StaggeredSettings {
     pub max_sweeps: u32,
     /// Which part of friction is known in stage I.
     pub known: KnownFriction,
+    /// Matrix of both stages.
+    pub matrix: StageMatrix,
+}
+
+/// Matrix of the stages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StageMatrix {
+    /// The symmetric terms of the derivative.
+    Symmetric,
+    /// The complete derivative of what the stage does not hold.
+    Complete,
+}
+
+impl StageMatrix {
+    /// Terms of stages I and II. What a stage holds has no derivative.
+    fn terms(self) -> [Terms; 2] {
+        match self {
+            Self::Symmetric => [Terms::NORMAL_STAGE, Terms::FRICTION_STAGE],
+            Self::Complete => [Terms::ALL; 2],
+        }
+    }
 }
 
 /// The staggered strategy.
@@ -88,6 +110,7 @@ impl Staggered {
             KnownFriction::Bound => Self::STAGE_TOLERANCE,
             KnownFriction::Traction => Self::STAGE_TOLERANCE_TRACTION,
         };
+        let [of_normal, of_friction] = settings.matrix.terms();
         let mut stage = |terms| {
             let newton = NewtonSettings {
                 tolerance: newton.tolerance.min(tight),
@@ -103,8 +126,8 @@ impl Staggered {
         Ok(Self {
             settings,
             balance: settings.tolerance.min(Self::BALANCE * newton.tolerance),
-            normal: stage(Terms::NORMAL_STAGE)?,
-            friction: stage(Terms::FRICTION_STAGE)?,
+            normal: stage(of_normal)?,
+            friction: stage(of_friction)?,
             found: pattern.like()?,
             apart: pattern.like()?,
             apart_before: pattern.like()?,

@@ -1,6 +1,6 @@
 //! Checks of `time`, `start`, `solver` and `output`.
 
-use super::super::{Contact, Line, Linear, Scheme, Start, Strategy};
+use super::super::{Contact, Line, Linear, Scheme, StageMatrix, Start, Strategy};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::quantity::Length;
@@ -102,22 +102,29 @@ impl Check<'_> {
             if in_turn {
                 self.found.say(
                     linear.place,
-                    "two_stage requires the monolithic strategy, because the stages of the staggered \
-                     strategy are symmetric",
+                    "two_stage requires the monolithic strategy, because it makes the stages of the \
+                     staggered strategy itself",
                 );
-                self.found.cure("write `linear: auto`, cg_icc or cholesky");
+                self.found.cure("write `linear: auto`");
             } else if !friction {
                 self.found
                     .say(linear.place, "two_stage solves friction separately, but no contact has friction");
                 self.found.cure("write `linear: auto`");
             }
         }
-        if linear.needs_symmetry() && friction && !in_turn {
+        let is_symmetric = match &self.case.solver.strategy.value {
+            Strategy::Monolithic => !friction,
+            Strategy::Staggered { matrix, .. } => !friction || *matrix == StageMatrix::Symmetric,
+        };
+        if linear.needs_symmetry() && !is_symmetric {
             self.found.say(
                 linear.place,
                 "this linear solver needs a symmetric matrix, but friction makes it non-symmetric",
             );
-            self.found.cure("write `linear: auto`, or a GMRES preset, or direct, or `strategy: staggered`");
+            self.found.cure(match in_turn {
+                true => "write `linear: auto`, or a GMRES preset, or direct, or `matrix: symmetric`",
+                false => "write `linear: auto`, or a GMRES preset, or direct, or `strategy: staggered`",
+            });
         }
     }
 

@@ -92,7 +92,7 @@ const BROKEN: &[Broken] = &[
         "monolithic, linear: auto",
         "staggered, linear: two_stage",
         "26:40",
-        &["two_stage", "staggered", "symmetric"],
+        &["two_stage", "staggered", "monolithic"],
     ),
     (
         "linear: auto",

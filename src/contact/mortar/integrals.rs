@@ -3,7 +3,8 @@
 //!
 //! At a segment point with `x = sum N_a x_a`, `y = sum M_b y_b` and `nu = x_,1 x x_,2` (outward
 //! from the contactor) the normal is `n = -nu / |nu|`, the gap `g = (x - y) . n` and `dGamma =
-//! fade(g) w j`, with `j = |nu|` now or in the reference configuration. With the coefficients `c_a
+//! fade(g) psi w j`, with the weight `psi` of the angle between the facets (`facing`) and `j = |nu|`
+//! now or in the reference configuration. With the coefficients `c_a
 //! = N_a` on the contactor and `-M_b` on the target, vertex `A` with weight `Phi_A` has
 //!
 //! `kappa = int Phi_A`, `W = int Phi_A g`, `N = int Phi_A n`, `D_a = int Phi_A c_a`, `V_a = int
@@ -13,11 +14,12 @@
 //! quadrature rule on the whole contactor facet gives the points. Gap and normal are the obstacle's
 //! signed distance at `x` and its gradient.
 
+use super::facing::{PairFacing, pair_facing};
 use super::intersection::{degree, overlap};
 use super::obstacle::PlacedObstacle;
 use super::products::Products;
 use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
-use super::shape::{FacetShape, MOST_NODES};
+use super::shape::{self, FacetShape, MOST_NODES};
 use super::split::{FacetPiece, MOST_CORNERS, linear, pieces};
 use crate::mesh::{ElementKind, PlaneState};
 use crate::space::{area_variation, facet_normal};
@@ -144,8 +146,8 @@ pub struct VertexIntegrals<const D: usize> {
     pub coefficients: [f64; PAIR_NODES],
     /// `V_a` [m, m^2].
     pub pushes: [Vector<D>; PAIR_NODES],
-    /// Maximum of `-g` \[m\]. It is taken over all points; over an obstacle, over the points around
-    /// the vertex, in range or not.
+    /// Maximum of `-g` \[m\] times the weight of the angle between the facets. It is taken over all
+    /// points; over an obstacle, over the points around the vertex, in range or not, without that weight.
     pub depth: f64,
 }
 
@@ -291,6 +293,8 @@ pub(super) struct Point<const D: usize> {
     pub measure: f64,
     pub whole: f64,
     pub fade: [f64; 3],
+    /// Weight of the angle between the facets. Over an obstacle, where it is in the measures, 1.
+    pub part: f64,
     pub gap: f64,
     pub normal: Vector<D>,
     /// Coordinates on both facets.
@@ -445,7 +449,7 @@ impl<const D: usize> FacetPair<'_, D> {
             sums.cover += point.measure;
             for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
                 if everywhere || weight * corners as f64 >= 1.0 {
-                    vertex.depth = vertex.depth.max(-point.gap);
+                    vertex.depth = vertex.depth.max(-point.gap * point.part);
                 }
                 let share = weight * point.measure;
                 vertex.area += share;
@@ -747,7 +751,7 @@ impl<const D: usize> FacetPair<'_, D> {
             add_multiple(own, by, -0.5 * point.gap * force);
             (0..all).for_each(|a| own[a * D + i] += force * point.coefficient(a, first));
         }
-        let along = tangents(&point.target, target.nodes);
+        let along = shape::tangents(&point.target, target.nodes);
         let [below, above] = [(&self.contactor, point.xi), (target, point.eta)]
             .map(|(facet, at)| bends(facet.kind, at, facet.nodes).map(|bend| bend.dot(&point.normal)));
         for k in 0..D - 1 {
@@ -787,6 +791,8 @@ impl<const D: usize> FacetPair<'_, D> {
             Opposite::Facet(target) => target,
             Opposite::Obstacle(obstacle) => return self.sweep_over(obstacle, want, variation, visit),
         };
+        let sides = [(self.contactor.kind, self.contactor.nodes), (target.kind, target.nodes)];
+        let Some(facing) = pair_facing(sides) else { return };
         let degree = degree(self.contactor.kind, target.kind);
         if want != Want::Points {
             variation.stretch[..self.nodes()].fill([0.0; D]);
@@ -802,7 +808,8 @@ impl<const D: usize> FacetPair<'_, D> {
                     want,
                     &mut |segment, moves| {
                         let pieces = [below, above];
-                        if let Some(point) = self.point(target, pieces, segment, moves, want, variation) {
+                        let request = (want, &facing);
+                        if let Some(point) = self.point(target, pieces, segment, moves, request, variation) {
                             visit(&point, variation);
                         }
                     },
@@ -817,14 +824,14 @@ impl<const D: usize> FacetPair<'_, D> {
         pieces: [&FacetPiece; 2],
         segment: &SegmentPoint<D>,
         moves: &PointVariation<D>,
-        want: Want,
+        (want, facing): (Want, &PairFacing<D>),
         variation: &mut Variation<D>,
     ) -> Option<Point<D>> {
         let contactor = FacetShape::at(self.contactor.kind, segment.xi);
         let target = FacetShape::at(opposite.kind, segment.eta);
         let x = interpolate(&contactor.value, self.contactor.nodes);
         let y = interpolate(&target.value, opposite.nodes);
-        let tangents = tangents(&contactor, self.contactor.nodes);
+        let tangents = shape::tangents(&contactor, self.contactor.nodes);
         let vector_area = facet_normal(&tangents);
         let size = vector_area.norm();
         if size.is_nan() || size <= 0.0 {
@@ -833,7 +840,7 @@ impl<const D: usize> FacetPair<'_, D> {
         let normal = -vector_area / size;
         let chord = x - y;
         let gap = chord.dot(&normal);
-        let fade = self.range.fade(gap);
+        let fade = self.range.fade(gap).map(|part| part * facing.part);
         let [counts, fading, _] = fade;
         if counts == 0.0 {
             return None;
@@ -841,7 +848,7 @@ impl<const D: usize> FacetPair<'_, D> {
         let reference = match self.measure {
             AreaMeasure::Current => None,
             AreaMeasure::Reference(nodes) => {
-                Some(Vector::from(facet_normal(&self::tangents(&contactor, nodes))))
+                Some(Vector::from(facet_normal(&shape::tangents(&contactor, nodes))))
             }
         };
         let depth = match self.measure {
@@ -860,6 +867,7 @@ impl<const D: usize> FacetPair<'_, D> {
             measure: counts * segment.weight * stretch,
             whole: segment.weight * stretch,
             fade,
+            part: facing.part,
             gap,
             normal,
             xi: segment.xi,
@@ -883,14 +891,14 @@ impl<const D: usize> FacetPair<'_, D> {
                 [0, 1].map(|k| -area_slopes[k].dot(&normal) * depth + by_radius * tangents[k][0])
             }
             AreaMeasure::Reference(nodes) => {
-                let tangents = self::tangents(&point.contactor, nodes);
+                let tangents = shape::tangents(&point.contactor, nodes);
                 let bends = self::bends(self.contactor.kind, segment.xi, nodes);
                 let slopes = self::area_slopes(&tangents, &bends);
                 let direction = reference.map_or_else(Vector::zeros, |area| area / per_depth);
                 [0, 1].map(|k| slopes[k].dot(&direction) * depth + by_radius * tangents[k][0])
             }
         };
-        let others = self::tangents(&point.target, opposite.nodes);
+        let others = shape::tangents(&point.target, opposite.nodes);
         let projector = tangential_projector(&normal) / size;
         let turned = projector * chord;
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
@@ -925,6 +933,9 @@ impl<const D: usize> FacetPair<'_, D> {
         let whole = whole[..all].as_flattened_mut();
         whole.fill(0.0);
         add_multiple(whole, row(weight, all), stretch);
+        if let Some(by_nodes) = &facing.by_nodes {
+            add_multiple(whole, row(by_nodes, all), segment.weight * stretch);
+        }
         for k in 0..D - 1 {
             let [xi, eta] = [row(&xi[k], all), row(&eta[k], all)];
             along[k] = -(projector * area_slopes[k]);
@@ -1006,25 +1017,14 @@ impl<const D: usize> Point<D> {
         let (below, above) = field.split_at(first);
         Relative {
             value: interpolate(&self.contactor.value, below) - interpolate(&self.target.value, above),
-            along_contactor: tangents(&self.contactor, below),
-            along_target: tangents(&self.target, above),
+            along_contactor: shape::tangents(&self.contactor, below),
+            along_target: shape::tangents(&self.target, above),
         }
     }
 }
 
 pub(super) fn interpolate<const D: usize>(shape: &[f64; MOST_NODES], nodes: &[Vector<D>]) -> Vector<D> {
     nodes.iter().zip(shape).map(|(x, n)| x * *n).sum()
-}
-
-/// `f_,k` of a nodal field.
-pub(super) fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 2] {
-    let mut tangents = [Vector::zeros(); 2];
-    for (x, gradient) in nodes.iter().zip(&shape.gradient) {
-        for k in 0..D - 1 {
-            tangents[k] += x * gradient[k];
-        }
-    }
-    tangents
 }
 
 /// `x_,11`, `x_,12`, `x_,22` of a facet of `kind` at these coordinates.

@@ -9,6 +9,8 @@ const FACES: [ElementKind; 5] =
     [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
 const ALL: WantedVariations = WantedVariations { normal: true, slip_velocity: true, slip_increment: true };
 const RANGE: Range = Range { share: 1.0, depth: 0.6, open: 0.6 };
+/// For facets that stand nearly upright on each other.
+const WIDE: Range = Range { share: 1.0, depth: 9.0, open: 9.0 };
 
 /// A contactor and a target above it, shifted, slightly rotated and bent by `bend`, at
 /// approximately this gap \[m\].
@@ -44,13 +46,24 @@ fn with_pair<const D: usize, R>(
     plane: PlaneState,
     then: impl FnOnce(&FacetPair<'_, D>) -> R,
 ) -> R {
+    with_pair_in(RANGE, kinds, z, reference, plane, then)
+}
+
+fn with_pair_in<const D: usize, R>(
+    range: Range,
+    kinds: [ElementKind; 2],
+    z: &[f64],
+    reference: Option<&[Vector<D>]>,
+    plane: PlaneState,
+    then: impl FnOnce(&FacetPair<'_, D>) -> R,
+) -> R {
     let all = vectors::<D>(z);
     let (x, y) = all.split_at(kinds[0].nodes());
     then(&FacetPair {
         contactor: PlacedFacet { kind: kinds[0], nodes: x },
         target: Opposite::Facet(PlacedFacet { kind: kinds[1], nodes: y }),
         measure: reference.map_or(AreaMeasure::Current, AreaMeasure::Reference),
-        range: RANGE,
+        range,
         across: AcrossPlane { plane, origin: 1.5 },
     })
 }
@@ -98,35 +111,86 @@ fn change<const D: usize>(
     all
 }
 
-fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64, plane: PlaneState) {
+/// Turns the target by the angle with this tangent.
+fn tilt<const D: usize>(kinds: [ElementKind; 2], z: &mut [f64], tangent: f64) {
+    for place in z.chunks_exact_mut(D).skip(kinds[0].nodes()) {
+        place[D - 1] += tangent * (place[0] - 0.2);
+    }
+}
+
+fn varies<const D: usize>(
+    kinds: [ElementKind; 2],
+    reference: bool,
+    (gap, tangent): (f64, f64),
+    plane: PlaneState,
+) {
     for seed in 0..5 {
-        let z = coordinates::<D>(kinds, seed, 0.08, gap);
+        let mut z = coordinates::<D>(kinds, seed, 0.08, gap);
+        tilt::<D>(kinds, &mut z, tangent);
         let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, gap));
         let undeformed = reference.then_some(&undeformed[..kinds[0].nodes()]);
         let nodes = z.len() / D;
         let fields = [3, 4].map(|more| vectors::<D>(&scatter(nodes * D, seed + more)));
         let direction: Vec<f64> = scatter(z.len(), seed + 7).iter().map(|d| 1e-3 * d).collect();
-        let f = |z: &[f64]| with_pair(kinds, z, undeformed, plane, |pair| values(pair, &fields));
+        let range = if tangent == 0.0 { RANGE } else { WIDE };
+        let f = |z: &[f64]| with_pair_in(range, kinds, z, undeformed, plane, |pair| values(pair, &fields));
         let df = |z: &[f64], d: &[f64]| {
-            with_pair(kinds, z, undeformed, plane, |pair| change(pair, &fields, &vectors(d)))
+            with_pair_in(range, kinds, z, undeformed, plane, |pair| change(pair, &fields, &vectors(d)))
         };
         let rate = taylor_rate(f, df, &z, &direction);
-        assert!(rate > 1.9, "{kinds:?}, seed {seed}, gap {gap}: rate {rate}");
+        assert!(rate > 1.9, "{kinds:?}, seed {seed}, gap {gap}, tangent {tangent}: rate {rate}");
     }
 }
 
 /// Area, gap, normal and slips of every vertex match their variations, for every pair of facets and
-/// both measures, in contact and in the fading range.
+/// both measures, in contact and in the fading range, and where the facets hardly face each other.
 #[test]
 fn integrals_move_as_their_variations_say() {
-    for (reference, gap) in [(false, -0.05), (true, -0.05), (false, 0.45), (true, 0.45), (false, -0.45)] {
+    for (reference, place) in [
+        (false, (-0.05, 0.0)),
+        (true, (-0.05, 0.0)),
+        (false, (0.45, 0.0)),
+        (true, (0.45, 0.0)),
+        (false, (-0.45, 0.0)),
+        (false, (-0.05, 2.4)),
+        (true, (-0.05, -2.4)),
+    ] {
         for &plane in planes(2) {
-            all_pairs(&LINES).into_iter().for_each(|kinds| varies::<2>(kinds, reference, gap, plane));
+            all_pairs(&LINES).into_iter().for_each(|kinds| varies::<2>(kinds, reference, place, plane));
         }
         all_pairs(&FACES)
             .into_iter()
-            .for_each(|kinds| varies::<3>(kinds, reference, gap, PlaneState::Strain));
+            .for_each(|kinds| varies::<3>(kinds, reference, place, PlaneState::Strain));
     }
+}
+
+/// The weight of the angle between two facets is 1 up to 60 degrees and 0 from 90 degrees on.
+#[test]
+fn upright_facets_have_no_weight() {
+    let area = |tangent: f64| {
+        let kinds = [ElementKind::Line2; 2];
+        let mut z = coordinates::<2>(kinds, 1, 0.0, 0.0);
+        tilt::<2>(kinds, &mut z, tangent);
+        with_pair_in::<2, _>(WIDE, kinds, &z, None, PlaneState::Strain, |pair| {
+            let sums = pair.integrate(&mut PairWorkspace::default()).expect("they overlap");
+            let sides = [(kinds[0], pair.contactor.nodes), (kinds[1], pair.target.nodes())];
+            (pair_facing(sides).expect("they face each other"), sums.cover)
+        })
+    };
+    // The contactor reaches from -1 to 1, the target from -0.6 to 1.4.
+    for tangent in [0.0, 1.0, 1.73] {
+        let (facing, cover) = area(tangent);
+        assert!(facing.part == 1.0 && facing.by_nodes.is_none());
+        assert!((cover - 1.6).abs() < 1e-14, "{cover}");
+    }
+    let (facing, cover) = area(4.0);
+    // With s = cos(atan(4)) / 0.5.
+    let s = 2.0 / 17.0_f64.sqrt();
+    let part = s * s * (3.0 - 2.0 * s);
+    assert!((facing.part - part).abs() < 1e-14);
+    assert!((cover - 1.6 * part).abs() < 1e-14, "{cover}");
+    let weights = [1.0, 0.0, -0.3].map(|cosine| crate::contact::mortar::facing::facing(cosine).0);
+    assert_eq!(weights, [1.0, 0.0, 0.0]);
 }
 
 /// Integrals over an obstacle match their variations, on the deformed and on the undeformed area, in the plane and in

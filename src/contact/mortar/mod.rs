@@ -11,6 +11,7 @@
 //! - `intersection` finds the segments of two pieces (`line` in the plane, `polygon` in space).
 //! - [`integrals`] integrates over a pair of facets, and `over_obstacle` over an obstacle. `products`
 //!   adds up the derivatives.
+//! - `facing` weights facets by the angle to the other side.
 //! - `smooth_parts` divides the facets around a node at sharp edges.
 //! - [`kernel`] evaluates the laws of a vertex.
 //! - [`tied`] ties two surfaces in the reference configuration.
@@ -22,6 +23,7 @@ mod broad_phase;
 pub mod candidates;
 mod clip;
 pub mod contact;
+mod facing;
 pub mod integrals;
 pub mod intersection;
 pub mod kernel;

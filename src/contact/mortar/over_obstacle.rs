@@ -1,30 +1,15 @@
 //! Integrals of a contactor facet over a rigid obstacle: quadrature points on the facet, gap and
 //! normal from the signed distance.
 
-use super::integrals::{AreaMeasure, FacetPair, Point, Variation, interpolate, tangents};
+use super::facing::facing;
+use super::integrals::{AreaMeasure, FacetPair, Point, Variation, interpolate};
 use super::obstacle::PlacedObstacle;
 use super::segment::Want;
-use super::shape::FacetShape;
+use super::shape::{FacetShape, tangents};
 use super::split::linear;
 use crate::rounding;
 use crate::space::{area_variation, facet_normal};
 use crate::tensor::Vector;
-
-/// Cosine of the angle between the inward normal of a facet and the normal of the obstacle from
-/// which on the facet has full weight (60 degrees). Below it the weight decreases to 0, which it
-/// reaches for an upright facet. The side of a block therefore does not press when its corner
-/// touches.
-///
-/// Facets in contact are nearly parallel to the obstacle: with 0.25 and with 0.9 the scenes
-/// `rubber-cube`, `rubber-block` and `incline` have the same forces and iterations. `pile`, where
-/// blocks tumble, takes 5348 and 5729 Newton iterations instead of 4346.
-const FACING: f64 = 0.5;
-
-/// Weight of a facet as a function of that cosine, and its derivative.
-fn facing(cosine: f64) -> (f64, f64) {
-    let s = (cosine / FACING).clamp(0.0, 1.0);
-    (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / FACING)
-}
 
 impl<const D: usize> FacetPair<'_, D> {
     /// Visits all points of the facet. Points out of range have zero measure. With `want` for
@@ -50,7 +35,7 @@ impl<const D: usize> FacetPair<'_, D> {
             let (per_depth, depth) = match self.measure {
                 AreaMeasure::Current => (size, self.across.depth(x[0])),
                 AreaMeasure::Reference(nodes) => (
-                    facet_normal(&super::integrals::tangents(&contactor, nodes)).norm(),
+                    facet_normal(&super::shape::tangents(&contactor, nodes)).norm(),
                     self.across.plane.depth(interpolate(&contactor.value, nodes)[0]),
                 ),
             };
@@ -62,6 +47,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 measure: fade[0] * part * weight * stretch,
                 whole: part * weight * stretch,
                 fade,
+                part: 1.0,
                 gap: proximity.gap,
                 normal: proximity.normal,
                 xi: [first, second],

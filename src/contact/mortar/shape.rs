@@ -5,6 +5,7 @@
 //! Segment points have arbitrary positions.
 
 use crate::mesh::ElementKind;
+use crate::tensor::Vector;
 
 /// Maximum number of nodes of a facet.
 pub const MOST_NODES: usize = 9;
@@ -20,6 +21,17 @@ pub struct FacetShape {
 
 /// `d2N_a` by `xi_1 xi_1`, `xi_1 xi_2`, `xi_2 xi_2`.
 pub type SecondDerivatives = [[f64; 3]; MOST_NODES];
+
+/// `f_,k` of a nodal field.
+pub fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 2] {
+    let mut tangents = [Vector::zeros(); 2];
+    for (x, gradient) in nodes.iter().zip(&shape.gradient) {
+        for k in 0..D - 1 {
+            tangents[k] += x * gradient[k];
+        }
+    }
+    tangents
+}
 
 impl FacetShape {
     /// The functions of a facet of `kind` at `xi`.

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::integrals::tangents;
-use super::shape::FacetShape;
+use super::shape::{FacetShape, tangents};
 use super::smooth_parts::{FacetCorner, smooth_parts};
 use super::split::linear;
 use crate::contact::nodal::at;
@@ -86,16 +85,14 @@ impl Numbering {
                 }
             }
         }
-        let mut numbering = Self {
-            vertices: Vec::new(),
-            parts: Vec::new(),
-            of_corners: vec![[None; 4]; facets.len()],
-        };
+        let mut numbering =
+            Self { vertices: Vec::new(), parts: Vec::new(), of_corners: vec![[None; 4]; facets.len()] };
         for (node, places) in around {
             let parts = match edges {
                 SharpEdges::Joined => vec![0; places.len()],
                 SharpEdges::Divided => {
-                    let corners = places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner));
+                    let corners =
+                        places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner));
                     smooth_parts(&corners.collect::<Vec<_>>())
                 }
             };
