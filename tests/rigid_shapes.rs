@@ -360,3 +360,40 @@ fn one_contact_over_several_sides_is_those_of_the_sides() {
         near(&force(&one, "branch"), &known[13..], 1e-8);
     }
 }
+
+/// A ring on a disc of its own radius. The nodes of its bore lie on the disc, and its straight facets cut
+/// into it.
+const FITS: &str = "
+dimension: 2
+bodies:
+  ring:
+    mesh: { box: { min: [0, 50], max: [360, 60], cells: [48, 2], element: KIND, map: { x: '-y * cos(x * pi / 180)', y: 'y * sin(x * pi / 180)' }, merge: { tolerance: 1.0e-6 } } }
+    sets: { sides: { of: nodes, where: 'abs(y) < 1e-6' }, poles: { of: nodes, where: 'abs(x) < 1e-6' } }
+    material: { neo_hookean: { young_modulus: 2.0e+5, poisson_ratio: 0.3 } }
+obstacles: { core: { sphere: { center: [0, 0], radius: 50, side: outside } } }
+contact: { seat: { contactor: ring.bottom, target: core, friction: none, initial_overclosure: START } }
+boundary:
+  level: { on: ring.sides, displacement: { y: 0 } }
+  middle: { on: ring.poles, displacement: { x: 0 } }
+  squeeze: { on: ring.top, pressure: '10 * t' }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+output: { fields: { every: 0 } }
+";
+
+/// `adjust` and `conform` remove the overlap of straight facets with a round obstacle. The pressure is then
+/// that of the load alone: of a thick ring on a rigid core under pressure on its rim.
+#[test]
+fn facets_on_a_round_obstacle_fit() {
+    let (inner, outer, ratio) = (50.0_f64, 60.0_f64, 0.3);
+    // Lame's solution in plane strain with a rigid core.
+    let known = 10.0 * 2.0 * (1.0 - ratio) / (1.0 + (1.0 - 2.0 * ratio) * (inner / outer).powi(2));
+    let mean = |kind: &str, start: &str, ranks: usize| {
+        let results = Results::of(&FITS.replace("KIND", kind).replace("START", start), ranks);
+        results.table("contact.csv").last("force_n") / (2.0 * std::f64::consts::PI * inner)
+    };
+    for (kind, start, ranks) in [("quad4", "adjust", 1), ("quad4", "conform", 2), ("quad8", "adjust", 1)] {
+        let found = mean(kind, start, ranks);
+        assert!((found / known - 1.0).abs() < 0.02, "{kind}, {start}: {found}, not {known}");
+    }
+    assert!(mean("quad4", "accept", 1) > 3.0 * known);
+}

@@ -106,6 +106,20 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     Ok(found)
 }
 
+/// Treats the gaps of the vertices over an obstacle as zero if the case moves nodes onto it. A straight
+/// facet between nodes on a round surface overlaps it by up to `h^2 / (8 R)`, and in a hollow one it is as
+/// far away.
+pub fn close_gaps_of_facets<const D: usize>(
+    given: &ContactModel<D>,
+    contact: &mut super::contact::LocalContact<D>,
+) {
+    match given.initial_overclosure {
+        InitialOverclosure::Error | InitialOverclosure::Accept => {}
+        InitialOverclosure::Adjust => contact.state.adjust(0.0),
+        InitialOverclosure::Conform => contact.state.adjust(CLOSABLE * contact.facet_size),
+    }
+}
+
 /// Largest gap at which nodes or points are treated as touching, in addition to those that
 /// penetrate \[m\]; `None` if all gaps are kept.
 fn adjusted<const D: usize>(

@@ -10,7 +10,7 @@ use super::external::{External, Moment};
 use super::interface::Interface;
 use super::phases::Phases;
 use super::slip_limit::SlipLimit;
-use super::start::{Overclosure, resolve_overclosure, resolve_overclosure_of_points};
+use super::start::{Overclosure, close_gaps_of_facets, resolve_overclosure, resolve_overclosure_of_points};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::{Changes, Hold};
 use crate::dynamics::{Continuation, MatrixSource, OverStep, SearchSource, Split, Stage};
@@ -188,6 +188,8 @@ impl<const D: usize> ContactSystem<D> {
                     at,
                     resolve_overclosure_of_points(session.world(), given, self.bodies.units, contact, known)?,
                 );
+            } else {
+                close_gaps_of_facets(given, contact);
             }
         }
         Ok(())

@@ -154,6 +154,17 @@ impl<const D: usize> Path<D> {
         self.height(corners, 1.0).abs() <= within && self.is_between(corners, 1.0)
     }
 
+    /// Whether a point that crossed one simplex only went around an edge: it ends above or below
+    /// another one at the same corner, at a distance of at most `within` \[m\], where the contact sees
+    /// it. The simplices meet at 96 degrees at most, so that no point goes through a tip.
+    pub fn goes_around(&self, crossed: &[Self; D], other: &[Self; D], within: f64) -> bool {
+        if !crossed.iter().any(|corner| other.contains(corner)) {
+            return false;
+        }
+        let [a, b] = [crossed, other].map(|corners| normal_of(&corners.map(|corner| corner.end)));
+        a.dot(&b) > EDGE_COSINE * a.norm() * b.norm() && self.is_over(other, within)
+    }
+
     /// Height above the plane of a simplex at the fraction `t` of the step \[m\]; 0 if the simplex
     /// is degenerate.
     fn height(&self, corners: &[Self; D], t: f64) -> f64 {
@@ -310,6 +321,23 @@ mod tests {
         assert!(!path([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]).passes_obstacle(&*ring), "through its hole");
         let capsule = CapsuleObstacle::of(&[0.0; 3], &[1.0, 0.0, 0.0], 0.1, Side::Outside);
         assert!(path([0.5, 0.0, 1.0], [0.5, 0.05, -1.0]).passes_obstacle(&*shape(capsule.into())));
+    }
+
+    /// A point ahead of a block that ends at the bottom of the block went around its edge. One that ends
+    /// deep in the block, or that goes through the tip of a wedge, did not.
+    #[test]
+    fn points_go_around_right_angles_only() {
+        let line = |from: [f64; 2], to: [f64; 2]| [from, to].map(|corner| still(Vector::from(corner)));
+        let (side, bottom) = (line([0.0, 0.0], [0.0, 1.0]), line([-1.0, 0.0], [0.0, 0.0]));
+        let under = path([0.1, 0.02], [-0.3, -0.001]);
+        assert!(under.crosses(&side, 0.1) && under.goes_around(&side, &bottom, 0.1));
+        let inside = path([0.1, 0.02], [-0.3, 0.25]);
+        assert!(inside.crosses(&side, 0.1) && !inside.goes_around(&side, &bottom, 0.1));
+        let apart = line([-1.0, 0.0], [-0.1, 0.0]);
+        assert!(!under.goes_around(&side, &apart, 0.1), "no common corner");
+        let (front, back) = (line([0.0, 0.0], [-0.1, 1.0]), line([-0.3, 1.0], [0.0, 0.0]));
+        let through = path([0.1, 0.4], [-0.2, 0.5]);
+        assert!(through.crosses(&front, 0.05) && !through.goes_around(&front, &back, 0.2));
     }
 
     /// A disc or ball between the corners of a facet, or swept over by the facet, is detected. One
