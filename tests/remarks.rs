@@ -398,6 +398,9 @@ fn contacts_softer_than_confined_rubber_are_told() {
     assert_says(&warned, &[soft, "'below', 'left', 'right', 'above'", "compliance"]);
     let (quiet, force) = solve("0.499", &format!(", {stiff}"));
     assert!(!quiet.contains(soft), "{quiet}");
+    // A compliance of the case is as wanted.
+    let wanted = format!(", normal: {{ penalty: {{ compliance: {:e} }} }}", 0.125 / (20.0 * young));
+    assert!(!solve("0.499", &wanted).0.contains(soft));
     // At this modulus over the length, less what the contacts of both ends and of the sides give way.
     let share = force.abs() / (0.02 * modulus);
     assert!((0.93..1.02).contains(&share), "{share}");

@@ -42,19 +42,22 @@ pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vecto
         let least = if rubs { STILL } else { -STILL } * largest;
         let points = contact.state.history.iter().zip(&contact.state.current).enumerate();
         let free = contact.target().free_body().zip(contact.target().frame());
-        points.filter(|(_, (history, _))| history.gap <= touching).any(|(vertex, (_, point))| {
-            let first = contact.vertices()[vertex] as usize * D;
-            let of = |field: &[f64]| Point::<D>::from_column_slice(&field[first..][..D]);
-            let moved = of(&field);
-            let target = match free {
-                Some((body, frame)) => {
-                    rigid[body].at(&frame.arm_at_start(&(contact.reference_point(vertex) + of(&u))))
-                }
-                None => *target,
-            };
-            // Points whose bodies do not move are irrelevant.
-            (moved - target).dot(&point.normal) < least && (moved - target).amax() > STILL * largest
-        })
+        // The side of an edge that stands upright on a plane touches it, but carries nothing.
+        points.filter(|(_, (history, point))| history.gap <= touching && point.area > 0.0).any(
+            |(vertex, (_, point))| {
+                let first = contact.vertices()[vertex] as usize * D;
+                let of = |field: &[f64]| Point::<D>::from_column_slice(&field[first..][..D]);
+                let moved = of(&field);
+                let target = match free {
+                    Some((body, frame)) => {
+                        rigid[body].at(&frame.arm_at_start(&(contact.reference_point(vertex) + of(&u))))
+                    }
+                    None => *target,
+                };
+                // Points whose bodies do not move are irrelevant.
+                (moved - target).dot(&point.normal) < least && (moved - target).amax() > STILL * largest
+            },
+        )
     };
     let own = u8::from(system.contacts().iter().zip(&targets).any(resists));
     let mut any = 0u8;

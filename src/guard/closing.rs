@@ -41,7 +41,8 @@ pub fn closings<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec
         let state = &contact.state;
         for (point, &node) in contact.vertices().iter().enumerate() {
             let [was, is] = [state.history[point].gap, state.current[point].gap];
-            let closed = was > 0.0 && is <= 0.0;
+            // The side of an edge that stands upright on a plane touches it, but carries nothing.
+            let closed = was > 0.0 && is <= 0.0 && state.current[point].area > 0.0;
             sums[3 * k] += u64::from(closed);
             sums[3 * k + 1] += u64::from(was <= 0.0);
             sums[3 * k + 2] += 1;

@@ -412,7 +412,8 @@ impl<const D: usize> Journal<D> {
         let precision = self.precision.iter();
         let blurred = precision.flat_map(|known| precision::blurred(&self.record.penetrations, known));
         let last_words = std::mem::take(&mut self.last_words);
-        let chosen = self.model.contacts.iter().filter(|contact| is_chosen(contact));
+        let all = &self.model.contacts;
+        let chosen = all.iter().filter(|_| all.iter().all(is_chosen));
         let chosen: Vec<&str> = chosen.map(|contact| &*contact.name).collect();
         let soft = self.springs.warning(&chosen, self.record.units);
         let contacts =

@@ -59,7 +59,7 @@ pub(super) fn warning(contact: &PenetrationRecord, is_general: bool, units: Unit
     ))
 }
 
-/// Largest energies of a run, of contacts whose stiffness the program chose and of the bodies.
+/// Largest energies of a run, of all contacts and of the bodies.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SpringEnergies {
     /// Energy that the contact laws store \[J\].
@@ -79,16 +79,16 @@ impl SpringEnergies {
         self.strain = self.strain.max(energies.strain + energies.viscous_stored);
     }
 
-    /// A warning on contacts that are soft beside the bodies. `chosen` are the names of contacts whose
-    /// stiffness the program chose.
+    /// A warning on contacts that are soft beside the bodies. `chosen` are the names of all contacts if
+    /// the program chose their stiffness, and empty otherwise.
     pub fn warning(&self, chosen: &[&str], units: Units) -> Option<String> {
-        if chosen.is_empty() || self.contact <= Self::SOFT * self.strain {
+        if chosen.is_empty() || self.strain <= 0.0 || self.contact <= Self::SOFT * self.strain {
             return None;
         }
         let ratio = 100.0 * self.contact / self.strain;
         Some(format!(
             "warning: the contacts store {:.2e} {}, {ratio:.0} % of the largest strain energy of the bodies: they \
-             give way as much as the bodies, and forces are too small\n\
+             give way beside the bodies, and forces are too small\n\
              hint: the stiffness of {} follows Young's modulus, and is low beside nearly incompressible bodies \
              that are confined; set normal: {{ penalty: {{ compliance: ... }} }}",
             self.contact,

@@ -141,7 +141,8 @@ fn swept<const D: usize>(
     let target = Moving::gathered(system.session(), &surfaces, ends, motion + depth)?;
     let contactor = Moving::local(system.bodies().local(), surfaces.contactor, ends);
     let spacing = EDGE * contact.pair.facet();
-    Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
+    let limits = [depth, 0.5 * contact.pair.depth()];
+    Ok(crossings(&contactor, &target, limits, spacing) + crossings(&target, &contactor, limits, spacing))
 }
 
 /// Largest motions of own nodes of contactor and target in the step \[m\]. For a rigid target it is
@@ -187,18 +188,17 @@ fn carried<const D: usize>(contact: &LocalContact<D>, ends: StepEnds<'_>) -> f64
 const EDGE: f64 = 0.25;
 
 /// Counts nodes of the facets `a`, and points on their edges, that passed through a facet of `b`
-/// and end more than `depth` \[m\] behind it. A point that went around an edge of `b` and ends at the
-/// next facet, such as one ahead of a block that slides over it, did not.
-fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, depth: f64, spacing: f64) -> u64 {
+/// and end more than `depth` \[m\] behind it. A point that went around an edge of `b` and ends at most
+/// `seen` \[m\] from the next facet, such as one ahead of a block that slides over it, did not.
+fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, [depth, seen]: [f64; 2], spacing: f64) -> u64 {
     let simplices = b.simplices();
     let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
     let tree = BoundsTree::new(&boxes);
     let crosses = |path: &Path<D>| {
         let near: Vec<_> = tree.meeting(&around(&[*path]).inflate(depth)).collect();
         let corners = |simplex: &u32| &simplices[*simplex as usize];
-        let around_edge = |crossed: &u32| {
-            near.iter().any(|other| path.goes_around(corners(crossed), corners(other), depth))
-        };
+        let around_edge =
+            |crossed: &u32| near.iter().any(|other| path.goes_around(corners(crossed), corners(other), seen));
         near.iter().any(|simplex| path.crosses(corners(simplex), depth) && !around_edge(simplex))
     };
     a.vertices(spacing).iter().filter(|vertex| crosses(&vertex.path)).count() as u64
