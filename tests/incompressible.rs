@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Folder, Results, assert_says, run, shipped};
+use common::{Folder, Results, assert_says, rubber_pad, run, shipped};
 
 /// Displacement of the corner of Cook's membrane [mm], from quad9 with 64 x 64 cells (`meshes/cook/README.md`).
 const CORNER: f64 = 6.93;
@@ -147,29 +147,7 @@ time: {{ end: 1, scheme: {{ static: {{ increments: 2 }} }} }}
     }
     let counts = [1, 2, 3, 4].map(|ranks| newton_iterations(&cube("tet4", "auto", pressed), ranks));
     assert_eq!(counts, [counts[0]; 4]);
-    let pad = "dimension: 2
-bodies:
-  pad:
-    mesh: { box: { min: [-0.1, 0], max: [0.1, 0.06], cells: [24, 10], element: quad4 } }
-    material: { neo_hookean: { young_modulus: 5.0e+6, poisson_ratio: 0.4999 } }
-rigid:
-  tool:
-    shape: { sphere: { center: [0, 0.1001], radius: 0.04 } }
-    motion:
-      translation:
-        x: { table: [[0, 0], [0.5, 0], [1, 0.03]] }
-        y: { table: [[0, 0], [0.5, -0.015], [1, -0.015]] }
-contact:
-  press:
-    contactor: pad.top
-    target: tool
-    normal: { penalty: { compliance: 2.0e-10 } }
-    friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 5.0e+9 } } }
-boundary:
-  clamp: { on: pad.bottom, displacement: { x: 0, y: 0 } }
-time: { end: 1, scheme: { static: { increments: 10 } } }
-";
-    let found = newton_iterations(pad, 1);
+    let found = newton_iterations(&rubber_pad("[24, 10]", 0.4999, 10), 1);
     assert!(found <= 110, "{found}");
 }
 

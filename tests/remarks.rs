@@ -359,7 +359,8 @@ fn restarts_to_rounding_are_told() {
     assert!(!run(2, &["case.yml", "-o", "out"], &folder).success().stdout.contains("only to rounding"));
 }
 
-/// A cube between six rigid planes. Its stretch along y is 0.98, and its pressure is known.
+/// A block in plane strain between four rigid planes. Its stretch along y is 0.98, and its pressure is
+/// known.
 const CONFINED: &str = "
 dimension: 2
 bodies:
@@ -383,7 +384,8 @@ output: { fields: { every: 0 } }
 /// that of the confined body. Compressible rubber gets no warning, nor does a compliance of the case.
 #[test]
 fn contacts_softer_than_confined_rubber_are_told() {
-    let (young, ratio) = (5.0e6, 0.499);
+    let young = 5.0e6;
+    let ratio = 0.499;
     let modulus = young * (1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio));
     let compliance = 0.125 / (20.0 * modulus);
     let stiff = format!("normal: {{ penalty: {{ compliance: {compliance:e} }} }}");

@@ -380,20 +380,36 @@ time: { end: 1, scheme: { static: { increments: 2 } } }
 output: { fields: { every: 0 } }
 ";
 
-/// `adjust` and `conform` remove the overlap of straight facets with a round obstacle. The pressure is then
-/// that of the load alone: of a thick ring on a rigid core under pressure on its rim.
+/// `adjust` and `conform` remove the overlap of straight facets with a round obstacle, and `conform` their
+/// gap in a hollow one. The pressure is then that of the load alone: of a thick ring on a rigid core under
+/// pressure on its rim, or in a rigid bore under pressure from inside.
 #[test]
 fn facets_on_a_round_obstacle_fit() {
-    let (inner, outer, ratio) = (50.0_f64, 60.0_f64, 0.3);
-    // Lame's solution in plane strain with a rigid core.
-    let known = 10.0 * 2.0 * (1.0 - ratio) / (1.0 + (1.0 - 2.0 * ratio) * (inner / outer).powi(2));
-    let mean = |kind: &str, start: &str, ranks: usize| {
-        let results = Results::of(&FITS.replace("KIND", kind).replace("START", start), ranks);
-        results.table("contact.csv").last("force_n") / (2.0 * std::f64::consts::PI * inner)
+    let inner = 50.0_f64;
+    let outer = 60.0_f64;
+    let ratio = 0.3;
+    // Lame's solution in plane strain, without displacement at the obstacle.
+    let pressure = |loaded: f64, fixed: f64| {
+        10.0 * 2.0 * (1.0 - ratio) / (1.0 + (1.0 - 2.0 * ratio) * (fixed / loaded).powi(2))
     };
+    let hollow = FITS
+        .replace("contactor: ring.bottom", "contactor: ring.top")
+        .replace("radius: 50, side: outside", "radius: 60, side: inside")
+        .replace("squeeze: { on: ring.top", "squeeze: { on: ring.bottom");
+    let mean = |text: &str, radius: f64, kind: &str, start: &str, ranks: usize| {
+        let results = Results::of(&text.replace("KIND", kind).replace("START", start), ranks);
+        results.table("contact.csv").last("force_n") / (2.0 * std::f64::consts::PI * radius)
+    };
+    let core = pressure(outer, inner);
     for (kind, start, ranks) in [("quad4", "adjust", 1), ("quad4", "conform", 2), ("quad8", "adjust", 1)] {
-        let found = mean(kind, start, ranks);
-        assert!((found / known - 1.0).abs() < 0.02, "{kind}, {start}: {found}, not {known}");
+        let found = mean(FITS, inner, kind, start, ranks);
+        assert!((found / core - 1.0).abs() < 0.02, "{kind}, {start}: {found}, not {core}");
     }
-    assert!(mean("quad4", "accept", 1) > 3.0 * known);
+    assert!(mean(FITS, inner, "quad4", "accept", 1) > 3.0 * core);
+    let bore = pressure(inner, outer);
+    for ranks in [1, 3] {
+        let found = mean(&hollow, outer, "quad4", "conform", ranks);
+        assert!((found / bore - 1.0).abs() < 0.02, "in a bore: {found}, not {bore}");
+    }
+    assert!(mean(&hollow, outer, "quad4", "adjust", 1) < 0.5 * bore);
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Folder, Output, Results, Table, near, run, shipped};
+use common::{Folder, Output, Results, Table, near, rubber_pad, run, shipped};
 
 /// A rubber layer dragged over a plane fast enough to slip within a few steps.
 const LAYER: &str = "
@@ -410,44 +410,19 @@ solver: {solver}
     }
 }
 
-/// A rubber pad in which a rigid disc presses and drags.
-const PAD: &str = "
-dimension: 2
-bodies:
-  pad:
-    mesh: { box: { min: [-0.1, 0], max: [0.1, 0.06], cells: [12, 5], element: quad4 } }
-    material: { neo_hookean: { young_modulus: 5.0e+6, poisson_ratio: 0.49 } }
-rigid:
-  tool:
-    shape: { sphere: { center: [0, 0.1001], radius: 0.04 } }
-    motion:
-      translation:
-        x: { table: [[0, 0], [0.5, 0], [1, 0.03]] }
-        y: { table: [[0, 0], [0.5, -0.015], [1, -0.015]] }
-contact:
-  press:
-    contactor: pad.top
-    target: tool
-    normal: { penalty: { compliance: 2.0e-10 } }
-    friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 5.0e+9 } } }
-boundary: { clamp: { on: pad.bottom, displacement: { x: 0, y: 0 } } }
-time: { end: 1, scheme: { static: { increments: 20 } } }
-output: { fields: { every: 0 } }
-solver: SOLVER
-";
-
 /// Over a round tool the symmetric terms alone find no balance in a stage, and the message names the
 /// cure. With the complete matrix the stages find the result of the monolithic solve, also with GMRES
 /// on two ranks.
 #[test]
 fn stages_with_the_complete_matrix_follow_a_round_tool() {
+    let pad = |solver: &str| rubber_pad("[12, 5]", 0.49, 20) + &format!("solver: {solver}\n");
     let folder = Folder::new("pad");
-    folder.write("case.yml", &PAD.replace("SOLVER", "{ strategy: staggered }"));
+    folder.write("case.yml", &pad("{ strategy: staggered }"));
     let failed = run(1, &["case.yml", "--output", "out", "--quiet"], &folder);
     assert_eq!(failed.code, Some(5), "{}", failed.stderr);
     assert!(failed.stderr.contains("`matrix: complete`"), "{}", failed.stderr);
     let force = |solver: &str, ranks: usize| {
-        let results = Results::of(&PAD.replace("SOLVER", solver), ranks);
+        let results = Results::of(&pad(solver), ranks);
         let table = results.table("reactions.csv");
         assert_eq!(table.len(), 21, "{solver}: no step was cut");
         ["force_x", "force_y"].map(|column| table.last(column))
@@ -457,7 +432,7 @@ fn stages_with_the_complete_matrix_follow_a_round_tool() {
     for (linear, ranks) in [("direct", 1), ("gmres_asm_ilu", 2)] {
         near(&force(&format!("{{ {complete}, linear: {linear} }}"), ranks), &known, 1e-6);
     }
-    folder.write("case.yml", &PAD.replace("SOLVER", &format!("{{ {complete}, linear: cg_icc }}")));
+    folder.write("case.yml", &pad(&format!("{{ {complete}, linear: cg_icc }}")));
     let refused = run(0, &["check", "case.yml"], &folder);
     assert_eq!(refused.code, Some(3));
     assert!(refused.stderr.contains("`matrix: symmetric`"), "{}", refused.stderr);

@@ -85,8 +85,9 @@ pub fn resolve_overclosure<const D: usize>(
     Ok(found)
 }
 
-/// Finds contact points below a deformable target, evaluated on the undeformed bodies, and treats
-/// them as the case requires. Collective.
+/// Finds contact points below a target, evaluated on the undeformed bodies, and treats them as the
+/// case requires. Over a round obstacle this comes after its nodes have been moved: a straight facet
+/// between nodes on the obstacle overlaps it by up to `h^2 / (8 R)`. Collective.
 ///
 /// `known` is the accuracy of positions \[m\].
 ///
@@ -104,20 +105,6 @@ pub fn resolve_overclosure_of_points<const D: usize>(
         contact.state.adjust(apart);
     }
     Ok(found)
-}
-
-/// Treats the gaps of the vertices over an obstacle as zero if the case moves nodes onto it. A straight
-/// facet between nodes on a round surface overlaps it by up to `h^2 / (8 R)`, and in a hollow one it is as
-/// far away.
-pub fn close_gaps_of_facets<const D: usize>(
-    given: &ContactModel<D>,
-    contact: &mut super::contact::LocalContact<D>,
-) {
-    match given.initial_overclosure {
-        InitialOverclosure::Error | InitialOverclosure::Accept => {}
-        InitialOverclosure::Adjust => contact.state.adjust(0.0),
-        InitialOverclosure::Conform => contact.state.adjust(CLOSABLE * contact.facet_size),
-    }
 }
 
 /// Largest gap at which nodes or points are treated as touching, in addition to those that

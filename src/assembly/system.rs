@@ -10,7 +10,7 @@ use super::external::{External, Moment};
 use super::interface::Interface;
 use super::phases::Phases;
 use super::slip_limit::SlipLimit;
-use super::start::{Overclosure, close_gaps_of_facets, resolve_overclosure, resolve_overclosure_of_points};
+use super::start::{Overclosure, resolve_overclosure, resolve_overclosure_of_points};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::{Changes, Hold};
 use crate::dynamics::{Continuation, MatrixSource, OverStep, SearchSource, Split, Stage};
@@ -183,13 +183,14 @@ impl<const D: usize> ContactSystem<D> {
         }
         let known = self.bodies.extent.known_length();
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
+            // Over an obstacle the nodes decide what is an error, and have been reported.
+            if !contact.is_deformable() && !given.initial_overclosure.is_removed() {
+                continue;
+            }
+            let units = self.bodies.units;
+            let found = resolve_overclosure_of_points(session.world(), given, units, contact, known)?;
             if contact.is_deformable() {
-                self.overclosures.insert(
-                    at,
-                    resolve_overclosure_of_points(session.world(), given, self.bodies.units, contact, known)?,
-                );
-            } else {
-                close_gaps_of_facets(given, contact);
+                self.overclosures.insert(at, found);
             }
         }
         Ok(())

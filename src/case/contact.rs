@@ -158,8 +158,8 @@ pub enum InitialOverclosure {
     /// Refuse the case with the location of the largest overclosure.
     #[default]
     Error,
-    /// Remove it without stress: nodes behind an obstacle are moved onto it; between bodies the gap
-    /// is measured from its initial value.
+    /// Remove it without stress: nodes behind an obstacle are moved onto it; between bodies, and of
+    /// straight facets on a round obstacle, the gap is measured from its initial value.
     Adjust,
     /// For surfaces that are meant to touch: removes overclosure like `adjust`, and closes gaps of
     /// up to an eighth of a facet, which meshes leave between curved faces.
@@ -168,3 +168,10 @@ pub enum InitialOverclosure {
     Accept,
 }
 tagged!(InitialOverclosure, "initial overclosure");
+
+impl InitialOverclosure {
+    /// Whether overlaps count as gaps of zero.
+    pub fn is_removed(self) -> bool {
+        matches!(self, Self::Adjust | Self::Conform)
+    }
+}

@@ -30,7 +30,7 @@ pub enum Strategy {
     /// Together, by Newton with the full non-symmetric tangent.
     #[default]
     Monolithic,
-    /// In turn, both with symmetric matrices, in sweeps until they agree. The number of sweeps
+    /// In turn, by default both with symmetric matrices, in sweeps until they agree. The number of sweeps
     /// grows with the coefficient of friction, and sweeps that overshoot are relaxed. Without
     /// friction the step is solved as by `monolithic`.
     Staggered {

@@ -205,10 +205,11 @@ impl<const D: usize> ContactState<D> {
     }
 
     /// Treats the gaps at the last evaluation as zero from now on. This applies to points that
-    /// penetrate and to points at most `apart` from their target \[m\].
+    /// penetrate and to points at most `apart` from their target \[m\], if their facets face it.
     pub fn adjust(&mut self, apart: f64) {
-        let counts_as_none = |gap: f64| if gap <= apart { gap } else { 0.0 };
-        self.adjusted = self.current.iter().map(|point| counts_as_none(point.gap)).collect();
+        let touches = |point: &PointState<D>| point.area > 0.0 && point.gap <= apart;
+        let gap = |point: &PointState<D>| if touches(point) { point.gap } else { 0.0 };
+        self.adjusted = self.current.iter().map(gap).collect();
     }
 
     /// The initial gap of point `p` that is treated as zero \[m\].

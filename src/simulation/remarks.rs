@@ -2,7 +2,6 @@
 
 use crate::assembly::{ContactSystem, Overclosure};
 use crate::case::Units;
-use crate::contact::normal::PressedSide;
 use crate::dynamics::Equations;
 use crate::error::shown;
 use crate::model::ContactModel;
@@ -101,9 +100,7 @@ impl SpringEnergies {
 /// Whether the program chooses the stiffness of a contact, from Young's modulus and the size of the
 /// facets.
 pub(super) fn is_chosen<const D: usize>(contact: &ContactModel<D>) -> bool {
-    let side = |young_modulus: f64| PressedSide { young_modulus, facet_size: 1.0 };
-    contact.penetration.is_none()
-        && contact.normal.completed(&side(1.0)) != contact.normal.completed(&side(2.0))
+    contact.penetration.is_none() && contact.normal.follows_surfaces()
 }
 
 /// Warnings about PETSc options of the user that PETSc did not read.

@@ -368,6 +368,34 @@ time: { end: 0.002, step: 5.0e-4 }
 output: { probes: { corner: { at: [0, 0] } } }
 "#;
 
+/// A rubber pad of these cells and Poisson's ratio, in which a rigid disc presses and drags.
+pub fn rubber_pad(cells: &str, ratio: f64, increments: u32) -> String {
+    format!(
+        "dimension: 2
+bodies:
+  pad:
+    mesh: {{ box: {{ min: [-0.1, 0], max: [0.1, 0.06], cells: {cells}, element: quad4 }} }}
+    material: {{ neo_hookean: {{ young_modulus: 5.0e+6, poisson_ratio: {ratio} }} }}
+rigid:
+  tool:
+    shape: {{ sphere: {{ center: [0, 0.1001], radius: 0.04 }} }}
+    motion:
+      translation:
+        x: {{ table: [[0, 0], [0.5, 0], [1, 0.03]] }}
+        y: {{ table: [[0, 0], [0.5, -0.015], [1, -0.015]] }}
+contact:
+  press:
+    contactor: pad.top
+    target: tool
+    normal: {{ penalty: {{ compliance: 2.0e-10 }} }}
+    friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_stiffness: 5.0e+9 }} }} }}
+boundary: {{ clamp: {{ on: pad.bottom, displacement: {{ x: 0, y: 0 }} }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: {increments} }} }} }}
+output: {{ fields: {{ every: 0 }} }}
+"
+    )
+}
+
 /// A shipped case with some of its text replaced. Each replaced text must exist.
 #[track_caller]
 pub fn shipped(case: &str, changes: &[(&str, &str)]) -> String {

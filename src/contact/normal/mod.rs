@@ -93,6 +93,11 @@ impl NormalLaw {
         self.law().completed(side).unwrap_or(self)
     }
 
+    /// Whether the surfaces determine a parameter that the case does not give.
+    pub fn follows_surfaces(&self) -> bool {
+        self.law().completed(&PressedSide { young_modulus: 1.0, facet_size: 1.0 }).is_some()
+    }
+
     /// Traction, its derivative and the potential at `gap` \[m\] (> 0 open).
     pub fn evaluate(&self, gap: f64) -> NormalResponse {
         if gap > 0.0 { NormalResponse::default() } else { self.law().closed(-gap) }
