@@ -13,9 +13,10 @@ pub(super) type Flat = [f64; 2];
 /// Derivatives of a scalar by the coordinates of all projected corners: `corner * 2 + component`.
 pub(super) type ByFlat = [f64; 2 * CORNERS];
 
-/// A corner within this distance of an edge, relative to the length of the edge, lies on it: the
-/// crossing of nearly parallel edges is ill-conditioned. The overlap is wrong by at most as much.
-/// With a ten times smaller value the derivatives of such crossings lose one more digit.
+/// A vertex within this distance of an edge of the contactor, relative to the length of the edge, lies
+/// on it, and moves with it: the crossing of nearly parallel edges is ill-conditioned. The overlap is
+/// wrong by at most as much. With a ten times smaller value the derivatives of such crossings lose one
+/// more digit.
 pub(super) const ON_EDGE: f64 = 1e-11;
 
 /// Maximum number of vertices in the overlap of two quadrilaterals, with a margin for ties.
@@ -28,6 +29,16 @@ enum Origin {
     Corner(u8),
     /// The crossing of an edge of the contactor with one of the target, each by its two corners.
     Crossing { contactor: [u8; 2], target: [u8; 2] },
+    /// A corner of the target on an edge of the contactor: it slides along the edge, and moves with it.
+    OnEdge { contactor: [u8; 2], corner: u8 },
+}
+
+/// Position of a vertex relative to an edge of the contactor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    In,
+    On,
+    Out,
 }
 
 /// The edge from a vertex of the overlap to the next one.
@@ -101,19 +112,27 @@ impl Polygon {
     }
 
     /// Stores the part on the inner side of the contactor's edge from corner `i` in `kept`.
+    ///
+    /// An edge of the target on that edge is replaced by it. Facets of the target that share such an
+    /// edge then divide the contactor without a gap, and so do the derivatives of their parts.
     fn clip(&self, flat: &[Flat; CORNERS], i: usize, count: usize, kept: &mut Self) {
         let next = (i + 1) % count;
         let along = sub(flat[next], flat[i]);
         let length = dot(along, along).sqrt();
-        let side = |vertex: &PolygonVertex| cross(along, sub(vertex.place, flat[i])) / length;
         let tolerance = ON_EDGE * length;
         let ends = [i, next].map(|corner| corner as u8);
+        let distance = |k: usize| cross(along, sub(self.vertices[k].place, flat[i])) / length;
+        let side = |distance: f64| match distance {
+            _ if distance > tolerance => Side::In,
+            _ if distance >= -tolerance => Side::On,
+            _ => Side::Out,
+        };
         kept.count = 0;
+        let mut before = if self.count == 0 { Side::Out } else { side(distance(self.count - 1)) };
         for k in 0..self.count {
             let this = &self.vertices[k];
-            let that = &self.vertices[(k + 1) % self.count];
-            let (here, there) = (side(this), side(that));
-            let (inside, goes_in) = (here >= -tolerance, there >= -tolerance);
+            let that = (k + 1) % self.count;
+            let (here, there) = (distance(k), distance(that));
             let crossing = |edge| {
                 let origin = match this.edge {
                     Edge::Target(target) => Origin::Crossing { contactor: ends, target },
@@ -125,26 +144,29 @@ impl Polygon {
                 };
                 let place = match origin {
                     Origin::Corner(corner) => flat[usize::from(corner)],
-                    Origin::Crossing { .. } => {
+                    _ => {
                         let part = here / (here - there);
+                        let that = &self.vertices[that];
                         [0, 1].map(|c| this.place[c] + part * (that.place[c] - this.place[c]))
                     }
                 };
                 PolygonVertex { place, origin, edge }
             };
-            match (inside, goes_in) {
-                (true, true) => kept.push(*this),
-                // A vertex on the edge, where the polygon turns onto the edge.
-                (true, false) if here <= tolerance => {
-                    kept.push(PolygonVertex { edge: Edge::Contactor(ends[0]), ..*this })
-                }
-                (true, false) => {
+            let now = side(here);
+            match (now, side(there)) {
+                (Side::In, Side::Out) => {
                     kept.push(*this);
                     kept.push(crossing(Edge::Contactor(ends[0])));
                 }
-                (false, true) if there > tolerance => kept.push(crossing(this.edge)),
-                (false, _) => {}
+                (Side::In, _) => kept.push(*this),
+                (Side::On, Side::In) => kept.push(this.on_edge(flat, ends, this.edge)),
+                (Side::On, _) if before == Side::In => {
+                    kept.push(this.on_edge(flat, ends, Edge::Contactor(ends[0])));
+                }
+                (Side::Out, Side::In) => kept.push(crossing(this.edge)),
+                (Side::On | Side::Out, _) => {}
             }
+            before = now;
         }
         if kept.count < 3 {
             kept.count = 0;
@@ -153,10 +175,41 @@ impl Polygon {
 }
 
 impl PolygonVertex {
+    /// A vertex on the contactor's edge between the corners `ends`, followed by `edge`. If it also lies
+    /// on another edge of the contactor, it is the common corner.
+    fn on_edge(&self, flat: &[Flat; CORNERS], ends: [u8; 2], edge: Edge) -> Self {
+        let place = |corner: u8| flat[usize::from(corner)];
+        match self.origin {
+            Origin::Corner(corner) if usize::from(corner) >= TARGET => {
+                Self { origin: Origin::OnEdge { contactor: ends, corner }, edge, ..*self }
+            }
+            Origin::Crossing { contactor, .. } | Origin::OnEdge { contactor, .. } => {
+                let common = contactor.into_iter().find(|corner| ends.contains(corner));
+                let at_corner = |corner| Self { place: place(corner), origin: Origin::Corner(corner), edge };
+                common.map_or(Self { edge, ..*self }, at_corner)
+            }
+            Origin::Corner(_) => Self { edge, ..*self },
+        }
+    }
+
     /// Adds the derivatives of both coordinates to `by`.
     pub fn vary(&self, flat: &[Flat; CORNERS], by: &mut [ByFlat; 2]) {
         match self.origin {
             Origin::Corner(corner) => (0..2).for_each(|c| by[c][2 * usize::from(corner) + c] = 1.0),
+            Origin::OnEdge { contactor, corner } => {
+                let ends = contactor.map(usize::from);
+                let corner = usize::from(corner);
+                let u = sub(flat[ends[1]], flat[ends[0]]);
+                let square = dot(u, u);
+                let part = dot(sub(self.place, flat[ends[0]]), u) / square;
+                let across = [-u[1], u[0]];
+                for (c, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    by[c][2 * corner + k] += u[c] * u[k] / square;
+                    let with_edge = across[c] * across[k] / square;
+                    by[c][2 * ends[0] + k] += with_edge * (1.0 - part);
+                    by[c][2 * ends[1] + k] += with_edge * part;
+                }
+            }
             Origin::Crossing { contactor, target } => {
                 let [contactor, target] = [contactor, target].map(|ends| ends.map(usize::from));
                 // The crossing stays on both lines: u x dX = u x dP and v x dX = v x dQ for the
