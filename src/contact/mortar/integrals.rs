@@ -740,6 +740,7 @@ impl<const D: usize> FacetPair<'_, D> {
         }
         let force = first_slope * point.whole;
         let by_gap = row(&variation.gap, all);
+        // A point on the boundary, see `Want::FixedPlaces`.
         if point.whole == 0.0 {
             let integrand = products.left.push();
             add_multiple(integrand, by_gap, first_slope);

@@ -34,8 +34,8 @@ use crate::tensor::{Tensor, Vector, rotations};
 use crate::terms::Terms;
 
 /// A motion whose non-rigid part, relative to the extent of the vertex, is smaller than this is
-/// treated as rigid. The error of the gradients in the middle is of third order in that part, hence
-/// below rounding, and would be divided by its square.
+/// treated as rigid. The error of the gradients in the middle is of third order in that part, besides
+/// that of the quadrature, hence below rounding, and would be divided by its square.
 const RIGID: f64 = 1e-7;
 
 /// Gap and area of a vertex at both ends. If it has no target at one end, the gap of the other end

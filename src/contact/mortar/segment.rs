@@ -43,7 +43,8 @@ pub struct SegmentPoint<const D: usize> {
     pub xi: [f64; 2],
     /// Coordinates on the target facet.
     pub eta: [f64; 2],
-    /// Weight in the reference domain of the contactor facet, > 0.
+    /// Weight in the reference domain of the contactor facet, > 0; 0 for the points on the boundary of
+    /// [`Want::FixedPlaces`].
     pub weight: f64,
 }
 
