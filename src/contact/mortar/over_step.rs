@@ -642,8 +642,8 @@ impl<const D: usize> Gradients<D> {
         let gradient = |of: &dyn Fn(usize) -> Vector<D>, change: f64| -> Vec<Vector<D>> {
             let at = |a: usize| if covered { of(a) } else { Vector::zeros() };
             let mut gradient: Vec<Vector<D>> = (0..row.nodes.len()).map(at).collect();
-            if motion.target_moves {
-                // The error of the quadrature.
+            if D == 3 && motion.target_moves {
+                // The error of the quadrature, see `Want::FixedPlaces`.
                 motion.unfelt.remove(&mut gradient);
             }
             let foreseen: f64 = gradient.iter().zip(&motion.whole).map(|(by, d)| by.dot(d)).sum();
