@@ -199,6 +199,46 @@ fn colliding_balls_keep_their_momentum() {
     assert!(change(&smooth, &angular, 0.09 * scale) < 1e-10);
 }
 
+/// A box bounces on a softer one with which it shares the middle line of its mesh, so that edges of both
+/// cross at angles of rounding. With derivatives by the motion of the segment points, which is the
+/// inverse of these angles, every step was cut until the run failed.
+#[test]
+fn boxes_with_aligned_meshes_bounce() {
+    let case = "
+dimension: 3
+bodies:
+  base:
+    mesh: { box: { min: [0.1, 0.15, 0.5], max: [0.9, 0.85, 0.9], cells: [4, 2, 2], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 5.0e+5, poisson_ratio: 0.3 } }
+    density: 1000
+  box:
+    mesh: { box: { min: [0.3, 0.3, 0.9], max: [0.75, 0.7, 1.2], cells: [2, 2, 2], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 1.0e+6, poisson_ratio: 0.3 } }
+    density: 1000
+contact:
+  sole: { contactor: box.bottom, target: base.top, friction: FRICTION }
+boundary:
+  weight: { on: [base, box], gravity: [0, 0, -9.81] }
+  ground: { on: base.bottom, displacement: { x: 0, y: 0, z: 0 } }
+time: { end: 0.1, step: 0.01, scheme: conserving }
+output: { fields: { every: 0 } }
+";
+    for friction in ["none", "{ coulomb: { coefficient: 0.4, regularization: { stick_stiffness: 1.0e7 } } }"]
+    {
+        let results = Results::of(&case.replace("FRICTION", friction), 1);
+        let record = results.record();
+        assert_eq!(record["cut_steps"], 0, "{friction}");
+        let iterations = record["newton_iterations"].as_u64().expect("a count");
+        assert!(iterations <= 60, "{friction}: {iterations} iterations in 10 steps");
+        let contact = results.table("contact.csv");
+        // Its weight is 530 N.
+        assert!(largest(contact.numbers("force_n")) > 600.0);
+        assert!(friction != "none" || largest(contact.numbers("force_y")) < 1e-5, "symmetric");
+        let ledger = results.table("energy.csv");
+        assert!(largest(ledger.numbers("numerical")) < 1e-7 * largest(ledger.numbers("total")));
+    }
+}
+
 /// The mesh is as fine as shipped along the surfaces, where it matters.
 const SHALLOW_IRON: [(&str, &str); 2] =
     [("cells: [48, 6]", "cells: [48, 2]"), ("cells: [40, 10]", "cells: [40, 5]")];

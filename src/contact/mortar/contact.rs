@@ -477,13 +477,15 @@ impl<const D: usize> VertexContact<D> {
     ) {
         let vertices = |facet: u32| &self.surface.facets()[facet as usize].vertices;
         let active = pairs.iter().filter(|pair| frozen.owner(vertices(pair.facet)).is_some());
+        let mut fades = active.clone().map(|pair| pair.integrals.fades);
         let active = active.map(|pair| (pair.facet, pair.target));
         let mut block = Vec::new();
         let mut workspace = PairWorkspace::default();
         self.sweep(active, fields, Instant::Iterate, |index, _, gathered, pair| {
+            let fixed_places = fades.next() == Some(false);
             let Some(owner) = frozen.owner(vertices(index)) else { return };
             clear_block::<D>(&mut block, gathered.nodes.len());
-            pair.add_frozen(&frozen.of_facet(vertices(index)), &mut block, &mut workspace);
+            pair.add_frozen(&frozen.of_facet(vertices(index)), fixed_places, &mut block, &mut workspace);
             sink.stiffness(owner, &gathered.nodes, &block);
         });
     }
@@ -555,14 +557,15 @@ impl<const D: usize> VertexContact<D> {
         rows: &mut [VertexRows<D>],
         mut frozen: Option<(&FrozenVertices<D>, &mut dyn ContactSink)>,
     ) {
-        let active: Vec<(u32, u32)> = pairs
-            .iter()
-            .filter(|pair| self.numbers_of(pair.facet, rows).iter().any(Option::is_some))
-            .map(|pair| (pair.facet, pair.target))
-            .collect();
+        let wanted = |pair: &&ActivePair<D>| self.numbers_of(pair.facet, rows).iter().any(Option::is_some);
+        let active: Vec<&ActivePair<D>> = pairs.iter().filter(wanted).collect();
+        let mut fades = active.iter().map(|pair| pair.integrals.fades);
+        let couples = active.iter().map(|pair| (pair.facet, pair.target));
         let mut block = Vec::new();
         let mut workspace = PairWorkspace::default();
-        self.sweep(active.into_iter(), fields, instant, |index, _, gathered, pair| {
+        self.sweep(couples, fields, instant, |index, _, gathered, pair| {
+            let fixed_places = varying.fixed_places && fades.next() == Some(false);
+            let varying = WantedVariations { fixed_places, ..varying };
             let numbers = self.numbers_of(index, rows);
             let both = PairFields { fields: [&gathered.velocities, &gathered.increments] };
             let vertices = &self.surface.facets()[index as usize].vertices;
@@ -667,7 +670,7 @@ fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> WantedVariations {
     let slip_velocity = damped || any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax());
     let slip_increment = any(&|slopes| slopes.by_increment.amax());
     let normal = damped || slip_increment || any(&|slopes| slopes.by_normal.amax());
-    WantedVariations { normal, slip_velocity, slip_increment }
+    WantedVariations { normal, slip_velocity, slip_increment, fixed_places: false }
 }
 
 /// Resizes a block for this number of nodes and sets it to zero.

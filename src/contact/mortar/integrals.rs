@@ -171,11 +171,14 @@ pub struct PairIntegrals<const D: usize> {
     pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
     /// Covered area of the facet, `sum_A kappa_A` [m, m^2].
     pub cover: f64,
+    /// Whether the weight of a point fades with its gap. The quadrature is then not accurate enough for
+    /// its sums and [their derivatives](WantedVariations::fixed_places) to match.
+    pub fades: bool,
 }
 
 impl<const D: usize> Default for PairIntegrals<D> {
     fn default() -> Self {
-        Self { vertices: [VertexIntegrals::default(); MOST_CORNERS], cover: 0.0 }
+        Self { vertices: [VertexIntegrals::default(); MOST_CORNERS], cover: 0.0, fades: false }
     }
 }
 
@@ -260,6 +263,13 @@ pub struct VertexPotential {
     pub energy: f64,
 }
 
+impl<const D: usize> FrozenFacet<D> {
+    /// Whether a traction acts at one of this many corners.
+    fn acts(&self, corners: usize) -> bool {
+        self.carried[..corners].iter().any(Carried::acts)
+    }
+}
+
 impl<const D: usize> Default for FrozenFacet<D> {
     fn default() -> Self {
         let carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
@@ -280,6 +290,10 @@ pub struct WantedVariations {
     pub slip_velocity: bool,
     /// `dS` of the displacements since the start of the step.
     pub slip_increment: bool,
+    /// Whether the derivatives are integrals of derivatives, see [`Want::FixedPlaces`], and not those of the
+    /// sums over points, from which they differ by the error of the quadrature. Not together with
+    /// frozen quantities.
+    pub fixed_places: bool,
 }
 
 /// All quantities of one segment point, from which its variation with the nodes follows.
@@ -444,7 +458,7 @@ impl<const D: usize> FacetPair<'_, D> {
         let everywhere = matches!(self.target, Opposite::Facet(_));
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
-        self.sweep(Want::Points, &mut workspace.point, |point, _| {
+        let whole = self.sweep(Want::Points, &mut workspace.point, |point, _| {
             let sums = found.get_or_insert_default();
             sums.cover += point.measure;
             for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
@@ -462,15 +476,14 @@ impl<const D: usize> FacetPair<'_, D> {
                 }
             }
         });
-        found
+        found.map(|integrals| PairIntegrals { fades: !whole, ..integrals })
     }
 
     /// Passes the variation of the integrals of each vertex with each node to `add`: corner, node,
     /// change.
     ///
-    /// It also adds the stiffness of the `frozen` quantities to `stiffness[((a * m + b) * D + i) *
-    /// D + j]` of the `m` nodes \[N/m\]. This stiffness is minus the derivative of the force `sum_A
-    /// (t_n V_a + t_T D_a)` and of the gradient of the potential, see [`FrozenFacet`].
+    /// It also adds the stiffness under the tractions of `frozen` to `stiffness[((a * m + b) * D + i) *
+    /// D + j]` of the `m` nodes \[N/m\]: minus the derivative of the force `sum_A (t_n V_a + t_T D_a)`.
     pub fn vary(
         &self,
         fields: &PairFields<'_, D>,
@@ -482,12 +495,14 @@ impl<const D: usize> FacetPair<'_, D> {
         let all = self.nodes();
         let corners = self.contactor.kind.corners();
         let order = SumOrder::of::<D>(varying);
-        let PairWorkspace { point: variation, variations, frozen: products, row } = workspace;
+        let PairWorkspace { point: variation, variations, frozen: products, .. } = workspace;
         variations.clear(corners * order.count, all * D);
-        if frozen.is_some() {
-            products.clear(all * D);
-        }
-        let want = if frozen.is_some() { Want::NormalVariations } else { Want::Variations };
+        products.clear(all * D);
+        let want = match &frozen {
+            Some(_) => Want::NormalVariations,
+            None if varying.fixed_places => Want::FixedPlaces,
+            None => Want::Variations,
+        };
         let mut turns = [[Tensor::zeros(); MOST_NODES]; MOST_CORNERS];
         let first = self.contactor.nodes.len();
         self.sweep(want, variation, |point, variation| {
@@ -499,8 +514,8 @@ impl<const D: usize> FacetPair<'_, D> {
                     changes.for_each(|(turn, by)| *turn += by * share);
                 }
             }
-            if let Some((frozen, _)) = &frozen {
-                self.add_frozen_point(point, variation, frozen, products, row);
+            if let Some((frozen, _)) = frozen.as_ref().filter(|(frozen, _)| frozen.acts(corners)) {
+                self.add_geometry(point, variation, frozen, &mut products.geometry);
             }
         });
         let sums = variations.sums();
@@ -532,18 +547,29 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// Adds only the stiffness of the frozen quantities, see [`vary`](Self::vary).
+    /// Adds the stiffness of the frozen quantities: under fixed tractions as in [`vary`](Self::vary), and
+    /// that of the potential, by variations [at fixed places](Want::FixedPlaces) if so requested.
     pub fn add_frozen(
         &self,
         frozen: &FrozenFacet<D>,
+        fixed_places: bool,
         stiffness: &mut [f64],
         workspace: &mut PairWorkspace<D>,
     ) {
+        let corners = self.contactor.kind.corners();
         let PairWorkspace { point: variation, frozen: products, row, .. } = workspace;
         products.clear(self.nodes() * D);
-        self.sweep(Want::NormalVariations, variation, |point, variation| {
-            self.add_frozen_point(point, variation, frozen, products, row);
-        });
+        if frozen.acts(corners) {
+            self.sweep(Want::NormalVariations, variation, |point, variation| {
+                self.add_geometry(point, variation, frozen, &mut products.geometry);
+            });
+        }
+        if frozen.potential[..corners].iter().any(|own| own.pressure != 0.0) {
+            let want = if fixed_places { Want::FixedPlaces } else { Want::NormalVariations };
+            self.sweep(want, variation, |point, variation| {
+                self.add_potential(point, variation, &frozen.potential, &mut products.potential, row);
+            });
+        }
         products.subtract_from::<D>(stiffness, self.nodes());
     }
 
@@ -622,32 +648,15 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    fn add_frozen_point(
-        &self,
-        point: &Point<D>,
-        variation: &Variation<D>,
-        frozen: &FrozenFacet<D>,
-        products: &mut FrozenProducts,
-        row: &mut Vec<f64>,
-    ) {
-        let corners = self.contactor.kind.corners();
-        if frozen.carried[..corners].iter().any(Carried::acts) {
-            self.add_geometry(point, variation, &frozen.carried, frozen.changes, &mut products.geometry);
-        }
-        if frozen.potential[..corners].iter().any(|own| own.pressure != 0.0) {
-            self.add_potential(point, variation, &frozen.potential, &mut products.potential, row);
-        }
-    }
-
     /// Adds the change of `sum_A (t_n V_a + t_T D_a)` at fixed tractions of the vertices.
     fn add_geometry(
         &self,
         point: &Point<D>,
         variation: &Variation<D>,
-        carried: &[Carried<D>; MOST_CORNERS],
-        changes: FrozenChanges,
+        frozen: &FrozenFacet<D>,
         products: &mut Products,
     ) {
+        let FrozenFacet { carried, changes, .. } = frozen;
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let mut pressure = 0.0;
         let mut friction = Vector::zeros();
@@ -718,16 +727,29 @@ impl<const D: usize> FacetPair<'_, D> {
         // the gap.
         let [counts, fading, bending] = point.fade;
         let (mut first_slope, mut second_slope) = (0.0, 0.0);
-        let mut along_weights = [0.0; 2];
+        let (mut along_weights, mut along_values) = ([0.0; 2], [0.0; 2]);
         for (vertex, own) in potential.iter().enumerate().take(self.contactor.kind.corners()) {
             let energy = own.pressure * (point.gap - own.gap) - own.energy;
             let by_gap = fading * energy + counts * own.pressure;
             first_slope += point.weights.value[vertex] * by_gap;
             second_slope += point.weights.value[vertex] * (bending * energy + 2.0 * fading * own.pressure);
-            (0..D - 1).for_each(|k| along_weights[k] += point.weights.gradient[vertex][k] * by_gap);
+            for k in 0..D - 1 {
+                along_weights[k] += point.weights.gradient[vertex][k] * by_gap;
+                along_values[k] += point.weights.gradient[vertex][k] * counts * energy;
+            }
         }
         let force = first_slope * point.whole;
         let by_gap = row(&variation.gap, all);
+        // A point on the boundary, see `Want::FixedPlaces`.
+        if point.whole == 0.0 {
+            let integrand = products.left.push();
+            add_multiple(integrand, by_gap, first_slope);
+            for k in 0..self.coordinates() {
+                add_multiple(integrand, row(&variation.xi[k], all), along_values[k]);
+            }
+            products.right.push_copy(row(&variation.whole, all));
+            return products.flush();
+        }
         products.left.push_copy(by_gap);
         let by_weight = products.right.push();
         add_multiple(by_weight, row(&variation.whole, all), first_slope);
@@ -780,19 +802,24 @@ impl<const D: usize> FacetPair<'_, D> {
         products.flush();
     }
 
-    /// Visits the points of all segments, with their variation if it is needed.
+    /// Visits the points of all segments, with their variation if it is needed. Returns whether all have
+    /// their full weight at their gap; always true over an obstacle.
     fn sweep(
         &self,
         want: Want,
         variation: &mut Variation<D>,
         mut visit: impl FnMut(&Point<D>, &Variation<D>),
-    ) {
+    ) -> bool {
         let target = match &self.target {
             Opposite::Facet(target) => target,
-            Opposite::Obstacle(obstacle) => return self.sweep_over(obstacle, want, variation, visit),
+            Opposite::Obstacle(obstacle) => {
+                self.sweep_over(obstacle, want, variation, visit);
+                return true;
+            }
         };
         let sides = [(self.contactor.kind, self.contactor.nodes), (target.kind, target.nodes)];
-        let Some(facing) = pair_facing(sides) else { return };
+        let Some(facing) = pair_facing(sides) else { return true };
+        let mut whole = true;
         let degree = degree(self.contactor.kind, target.kind);
         if want != Want::Points {
             variation.stretch[..self.nodes()].fill([0.0; D]);
@@ -809,13 +836,16 @@ impl<const D: usize> FacetPair<'_, D> {
                     &mut |segment, moves| {
                         let pieces = [below, above];
                         let request = (want, &facing);
-                        if let Some(point) = self.point(target, pieces, segment, moves, request, variation) {
+                        let point = self.point(target, pieces, segment, moves, request, variation);
+                        whole &= point.as_ref().is_some_and(|point| point.fade[1] == 0.0);
+                        if let Some(point) = point {
                             visit(&point, variation);
                         }
                     },
                 );
             }
         }
+        whole
     }
 
     fn point(
@@ -907,7 +937,7 @@ impl<const D: usize> FacetPair<'_, D> {
         for (b, by_gap) in by_gap.iter_mut().enumerate().take(all) {
             *by_gap = (normal * point.coefficient(b, first)).into();
         }
-        if want == Want::NormalVariations {
+        if want.includes_normals() {
             by_normal.iter_mut().for_each(|by| by[first..all].fill([0.0; D]));
         }
         for b in 0..first {
@@ -923,7 +953,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 AreaMeasure::Reference(_) => [0.0; D],
             };
             turns[b] = -(projector * by_area);
-            if want == Want::NormalVariations {
+            if want.includes_normals() {
                 for (i, by) in by_normal.iter_mut().enumerate() {
                     by[b] = turns[b].row(i).transpose().into();
                 }
@@ -942,7 +972,7 @@ impl<const D: usize> FacetPair<'_, D> {
             add_multiple(by_gap, xi, tangents[k].dot(&normal) + along[k].dot(&chord));
             add_multiple(by_gap, eta, -others[k].dot(&normal));
             add_multiple(whole, xi, stretch_slopes[k] * segment.weight);
-            if want == Want::NormalVariations {
+            if want.includes_normals() {
                 for (i, by) in by_normal.iter_mut().enumerate() {
                     add_multiple(by[..all].as_flattened_mut(), xi, along[k][i]);
                 }

@@ -7,7 +7,8 @@ use crate::taylor::{scatter, taylor_rate};
 const LINES: [ElementKind; 2] = [ElementKind::Line2, ElementKind::Line3];
 const FACES: [ElementKind; 5] =
     [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
-const ALL: WantedVariations = WantedVariations { normal: true, slip_velocity: true, slip_increment: true };
+const ALL: WantedVariations =
+    WantedVariations { normal: true, slip_velocity: true, slip_increment: true, fixed_places: false };
 const RANGE: Range = Range { share: 1.0, depth: 0.6, open: 0.6 };
 /// For facets that stand nearly upright on each other.
 const WIDE: Range = Range { share: 1.0, depth: 9.0, open: 9.0 };
@@ -280,7 +281,7 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool, plane: 
                 ..FrozenFacet::default()
             };
             with_pair(kinds, z, undeformed, plane, |pair| {
-                pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
+                pair.add_frozen(&frozen, true, &mut stiffness, &mut PairWorkspace::default())
             });
             let nodes = z.len() / D;
             let entry = |row: usize, column: usize| {
@@ -396,7 +397,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     let potential = pressures.map(|pressure| VertexPotential { pressure, ..VertexPotential::default() });
     let frozen = FrozenFacet::<D> { potential, ..FrozenFacet::default() };
     with_pair(kinds, &z, None, PlaneState::Strain, |pair| {
-        pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
+        pair.add_frozen(&frozen, true, &mut stiffness, &mut PairWorkspace::default())
     });
     let nodes = size / D;
     let step = 1e-6;
@@ -424,4 +425,58 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
 fn the_potential_has_the_hessian_of_its_gradient() {
     all_pairs(&LINES).into_iter().for_each(potential_is_exact::<2>);
     all_pairs(&FACES).into_iter().for_each(potential_is_exact::<3>);
+}
+
+/// Derivatives of area, weighted gap and normal at each vertex.
+fn derivatives(kinds: [ElementKind; 2], z: &[f64], fixed_places: bool) -> Vec<f64> {
+    let mut all = Vec::new();
+    with_pair::<3, _>(kinds, z, None, PlaneState::Strain, |pair| {
+        let none = vec![Vector::zeros(); pair.nodes()];
+        let varying = WantedVariations { normal: true, fixed_places, ..WantedVariations::default() };
+        let fields = PairFields { fields: [&none, &none] };
+        pair.vary(&fields, varying, None, &mut PairWorkspace::default(), |_, _, by| {
+            all.extend(by.area.iter().chain(&by.gap).chain(&by.normal));
+        });
+    });
+    all
+}
+
+/// Integrals of derivatives are the derivatives of the sums over points: to rounding on flat facets and to
+/// the error of the quadrature on bent ones.
+#[test]
+fn derivatives_at_fixed_places_are_those_of_the_sums() {
+    for kinds in all_pairs(&FACES) {
+        for (bend, bound) in [(0.0, 1e-12), (0.02, 2e-2)] {
+            let z = coordinates::<3>(kinds, 3, bend, -0.01);
+            let [sums, fixed] = [false, true].map(|fixed| derivatives(kinds, &z, fixed));
+            let apart = sums.iter().zip(&fixed).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < bound, "{kinds:?} {bend}: {apart:e}");
+            assert!(bend == 0.0 || apart > 0.0);
+        }
+    }
+}
+
+/// Where an edge of the target crosses one of the contactor at a small angle and close to a corner, the
+/// corners of the overlap move fast along the edges. Derivatives at fixed places do not depend on that.
+#[test]
+fn nearly_parallel_edges_keep_derivatives_at_fixed_places() {
+    let kinds = [ElementKind::Quad4; 2];
+    let turned = |angle: f64| {
+        let mut z: Vec<f64> = [[-1.0, -1.0, 0.02], [1.0, -1.0, 0.0], [1.0, 1.0, 0.02], [-1.0, 1.0, 0.0]]
+            .into_iter()
+            .flatten()
+            .collect();
+        // Its side at y = 1 crosses that of the contactor at x = 0.9.
+        for [x, y, up] in [[-1.3, 1.0, -0.03], [0.95, 1.0, -0.01], [0.8, -1.4, -0.02], [-1.2, -1.5, -0.01]] {
+            let lift = if y > 0.0 { angle * (x - 0.9) } else { 0.0 };
+            z.extend([x, y - lift, up]);
+        }
+        z
+    };
+    let found = [1e-6, 1e-7, 1e-8].map(|angle| derivatives(kinds, &turned(angle), true));
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart(&found[1], &found[2]) < 1e-6, "{:e}", apart(&found[1], &found[2]));
+    assert!(apart(&found[0], &found[2]) < 1e-5, "{:e}", apart(&found[0], &found[2]));
+    let sums = derivatives(kinds, &turned(1e-8), false);
+    assert!(apart(&sums, &found[2]) > 1e-3, "{:e}", apart(&sums, &found[2]));
 }

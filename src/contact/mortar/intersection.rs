@@ -157,6 +157,47 @@ mod tests {
         }
     }
 
+    /// A contactor on two facets whose common edge coincides with one of its own, is next to it, or
+    /// crosses it at a small angle, is covered completely. No motion changes that, and the mean height of
+    /// the target does not depend on where the edge lies.
+    #[test]
+    fn aligned_edges_leave_no_gap_in_derivatives() {
+        let quad = ElementKind::Quad4;
+        let piece = &pieces(quad)[0];
+        let low = |x: f64, y: f64| Vector::<3>::new(x, y, -0.1);
+        let own =
+            [[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Vector::<3>::new(x, y, 0.0));
+        let contactor = piece.positions(quad, &own);
+        for (e, f) in [0.0, 1e-15, 1e-13, 8e-12, 3e-11, 1e-9, 1e-3]
+            .into_iter()
+            .flat_map(|e| [(e, e), (-e, -e), (e, -e), (2.0 * e, e), (-e, -2.0 * e), (e, 0.0), (0.0, -e)])
+        {
+            let near = [low(e, -1.2), low(f, 1.2)];
+            let left = [low(-1.5, -1.2), low(-1.5, 1.2), near[1], near[0]];
+            let right = [near[0], near[1], low(2.0, 1.2), low(2.0, -1.2)];
+            let mut found = 0.0;
+            let mut by_own = [Vector::<3>::zeros(); 4];
+            let mut by_near = [Vector::<3>::zeros(); 2];
+            for (nodes, at) in [(left, [3, 2]), (right, [0, 1])] {
+                let target = piece.positions(quad, &nodes);
+                let [contactor, target] = [&contactor, &target].map(|corners| PlacedPiece { piece, corners });
+                overlap(&contactor, &target, 3, Want::Variations, &mut |point, variation| {
+                    // The integrals of 1 + x over the contactor.
+                    let value = 1.5 + 0.5 * point.xi[0];
+                    found += point.weight * value;
+                    let by = |corner: usize| {
+                        variation.weight[corner] * value + variation.xi[0][corner] * (0.5 * point.weight)
+                    };
+                    by_own.iter_mut().enumerate().for_each(|(corner, sum)| *sum += by(corner));
+                    by_near.iter_mut().zip(at).for_each(|(sum, corner)| *sum += by(TARGET + corner));
+                });
+            }
+            assert!((found - 6.0).abs() < 1e-10, "{e:e} {f:e}: {found}");
+            let largest = by_own.iter().chain(&by_near).map(|by| by.amax()).fold(0.0, f64::max);
+            assert!(largest < 1e-4, "{e:e} {f:e}: {by_own:?} {by_near:?}");
+        }
+    }
+
     /// The two points of a pair lie on the normal of the contactor's piece.
     #[test]
     fn points_are_paired_along_the_normal() {

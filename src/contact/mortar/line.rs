@@ -56,7 +56,7 @@ pub(super) fn overlap<const D: usize>(
     let by_high = if inside(high) { first.by_corners(TARGET, &along, square) } else { none() };
     let (by_first, by_last) = match want {
         Want::Points => (none(), none()),
-        Want::Variations | Want::NormalVariations => {
+        Want::Variations | Want::NormalVariations | Want::FixedPlaces => {
             (first.by_corners(TARGET, &along, square), last.by_corners(TARGET + 1, &along, square))
         }
     };
@@ -117,7 +117,7 @@ fn none<const D: usize>() -> ByCorners<D> {
 }
 
 /// Gauss points on `[0, 1]` with weights of sum 1, exact to `degree`.
-fn rule(degree: usize) -> &'static [(f64, f64)] {
+pub(super) fn rule(degree: usize) -> &'static [(f64, f64)] {
     static RULES: LazyLock<Vec<Vec<(f64, f64)>>> = LazyLock::new(|| {
         let on_unit = |rule: Rule| {
             rule.points.iter().zip(rule.weights).map(|(x, w)| (0.5 + 0.5 * x[0], 0.5 * w)).collect()

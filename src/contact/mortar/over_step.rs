@@ -34,8 +34,8 @@ use crate::tensor::{Tensor, Vector, rotations};
 use crate::terms::Terms;
 
 /// A motion whose non-rigid part, relative to the extent of the vertex, is smaller than this is
-/// treated as rigid. The error of the gradients in the middle is of third order in that part, hence
-/// below rounding, and would be divided by its square.
+/// treated as rigid. The error of the gradients in the middle is of third order in that part, besides
+/// that of the quadrature, hence below rounding, and would be divided by its square.
 const RIGID: f64 = 1e-7;
 
 /// Gap and area of a vertex at both ends. If it has no target at one end, the gap of the other end
@@ -136,7 +136,7 @@ impl<const D: usize> VertexContact<D> {
             &overlap.at_end.pairs,
             fields,
             Instant::Beyond,
-            WantedVariations::default(),
+            WantedVariations { fixed_places: true, ..WantedVariations::default() },
             &mut rows_at_end,
             None,
         );
@@ -196,7 +196,7 @@ impl<const D: usize> VertexContact<D> {
         let mut rows = self.nodes_of(&overlap.lists(), overlap.ends.len(), |vertex| overlap.active[vertex]);
         let middle = &overlap.at_middle.pairs;
         self.accumulate(middle, &mut rows);
-        let varying = WantedVariations { normal: true, ..WantedVariations::default() };
+        let varying = WantedVariations { normal: true, fixed_places: true, ..WantedVariations::default() };
         self.vary(middle, fields, Instant::Iterate, varying, &mut rows, None);
         for row in &mut rows {
             let middle = &overlap.ends[row.vertex].middle;
@@ -641,9 +641,15 @@ impl<const D: usize> Gradients<D> {
         let covered = ends.middle.is_covered();
         let gradient = |of: &dyn Fn(usize) -> Vector<D>, change: f64| -> Vec<Vector<D>> {
             let at = |a: usize| if covered { of(a) } else { Vector::zeros() };
-            let foreseen: f64 = motion.whole.iter().enumerate().map(|(a, d)| at(a).dot(d)).sum();
+            let mut gradient: Vec<Vector<D>> = (0..row.nodes.len()).map(at).collect();
+            if D == 3 && motion.target_moves {
+                // The error of the quadrature, see `Want::FixedPlaces`.
+                motion.unfelt.remove(&mut gradient);
+            }
+            let foreseen: f64 = gradient.iter().zip(&motion.whole).map(|(by, d)| by.dot(d)).sum();
             let missing = if motion.square > 0.0 { (change - foreseen) / motion.square } else { 0.0 };
-            motion.changes.iter().enumerate().map(|(a, e)| at(a) + e * missing).collect()
+            gradient.iter_mut().zip(&motion.changes).for_each(|(by, e)| *by += e * missing);
+            gradient
         };
         let Change { gaps, areas } = active.change;
         Self {

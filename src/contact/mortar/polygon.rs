@@ -10,6 +10,7 @@
 use std::sync::LazyLock;
 
 use super::clip::{ByFlat, Flat, MOST_VERTICES, Polygon, PolygonVertex, cross, sub};
+use super::line;
 use super::parametric::{Parametric, PieceVariation};
 use super::segment::{ByCorners, CORNERS, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::split::MOST_CORNERS;
@@ -32,6 +33,7 @@ pub(super) fn overlap<const D: usize>(
     let above = Parametric::of(target.piece, &plane.flat[TARGET..][..others]);
     let mut motions =
         (want != Want::Points).then(|| Motions::of(&plane, [count, others], polygon.vertices()));
+    let stays = want == Want::FixedPlaces;
     let mut variation = PointVariation::default();
     for (second, pair) in rest.windows(2).enumerate() {
         let triangle = Triangle { vertices: [root, &pair[0], &pair[1]] };
@@ -39,8 +41,10 @@ pub(super) fn overlap<const D: usize>(
         if area.is_nan() || area <= 0.0 {
             continue;
         }
-        if let Some(motions) = &mut motions {
-            motions.enter(&triangle, [0, second + 1, second + 2]);
+        match &mut motions {
+            Some(motions) if stays => motions.follow(),
+            Some(motions) => motions.enter(&triangle, [0, second + 1, second + 2]),
+            None => {}
         }
         for (barycentric, weight) in rule(degree) {
             let place = triangle.place(barycentric);
@@ -52,7 +56,9 @@ pub(super) fn overlap<const D: usize>(
             let weight = weight * area * contactor.piece.scale / under.determinant;
             let on = SegmentPoint { xi: below.facet_point(&under), eta: above.facet_point(&over), weight };
             if let Some(motions) = &mut motions {
-                motions.move_to(barycentric);
+                if !stays {
+                    motions.move_to(barycentric);
+                }
                 below.vary(&under, &motions.place, 0, &mut motions.below);
                 above.vary(&over, &motions.place, TARGET, &mut motions.above);
                 let by_determinant = motions.below.determinant.iter();
@@ -67,6 +73,38 @@ pub(super) fn overlap<const D: usize>(
                 motions.lift(&by_weight, &mut variation.weight);
             }
             visit(&on, &variation);
+        }
+    }
+    let Some(motions) = motions.as_mut().filter(|_| stays) else { return };
+    let corners = polygon.vertices();
+    for start in 0..corners.len() {
+        let ends = [start, (start + 1) % corners.len()];
+        let [a, b] = ends.map(|end| corners[end].place);
+        let side = sub(b, a);
+        let outward = [side[1], -side[0]];
+        let square = side[0] * side[0] + side[1] * side[1];
+        if square == 0.0 {
+            continue;
+        }
+        // The boundary moves linearly along an edge.
+        for (along, weight) in line::rule(degree + 1) {
+            let place = [0, 1].map(|k| a[k] + along * side[k]);
+            let (Some(under), Some(over)) = (below.inverse(place), above.inverse(place)) else { continue };
+            if under.determinant <= 0.0 || over.determinant >= 0.0 {
+                continue;
+            }
+            motions.move_halfway(ends, *along, &outward, square);
+            let scale = weight * contactor.piece.scale / under.determinant;
+            let by_weight = motions.swept.map(|swept| swept * scale);
+            motions.lift(&by_weight, &mut variation.weight);
+            below.vary(&under, &motions.place, 0, &mut motions.below);
+            above.vary(&over, &motions.place, TARGET, &mut motions.above);
+            for k in 0..2 {
+                motions.lift(&motions.below.facet[k], &mut variation.xi[k]);
+                motions.lift(&motions.above.facet[k], &mut variation.eta[k]);
+            }
+            let [xi, eta] = [below.facet_point(&under), above.facet_point(&over)];
+            visit(&SegmentPoint { xi, eta, weight: 0.0 }, &variation);
         }
     }
 }
@@ -139,6 +177,8 @@ struct Motions<'a, const D: usize> {
     area: ByFlat,
     /// Of the coordinates of the present point.
     place: [ByFlat; 2],
+    /// Of the area per coordinate along an edge \[m\].
+    swept: ByFlat,
     /// Of the present point on both pieces.
     below: PieceVariation,
     above: PieceVariation,
@@ -163,6 +203,7 @@ impl<'a, const D: usize> Motions<'a, D> {
             triangle: [0; 3],
             area: [0.0; 2 * CORNERS],
             place: [[0.0; 2 * CORNERS]; 2],
+            swept: [0.0; 2 * CORNERS],
             below: PieceVariation::default(),
             above: PieceVariation::default(),
         }
@@ -190,6 +231,28 @@ impl<'a, const D: usize> Motions<'a, D> {
                 self.place[k][i] =
                     barycentric[0] * a[k][i] + barycentric[1] * b[k][i] + barycentric[2] * c[k][i];
             }
+        }
+    }
+
+    /// Lets the present point follow the centre of the contactor's piece.
+    fn follow(&mut self) {
+        self.place = [[0.0; 2 * CORNERS]; 2];
+        let count = self.corners[0];
+        for corner in 0..count {
+            (0..2).for_each(|k| self.place[k][2 * corner + k] = 1.0 / count as f64);
+        }
+    }
+
+    /// Computes what the edge between two vertices sweeps relative to the centre of the contactor's piece,
+    /// and lets the present point follow half of its motion across the edge. `outward` is the edge, rotated
+    /// outward, and `square` its square.
+    fn move_halfway(&mut self, ends: [usize; 2], along: f64, outward: &Flat, square: f64) {
+        self.follow();
+        let [first, last] = ends.map(|end| &self.vertices[end]);
+        for (i, swept) in self.swept.iter_mut().enumerate() {
+            let [x, y] = [0, 1].map(|k| first[k][i] + along * (last[k][i] - first[k][i]) - self.place[k][i]);
+            *swept = x * outward[0] + y * outward[1];
+            (0..2).for_each(|k| self.place[k][i] += 0.5 * outward[k] * *swept / square);
         }
     }
 

@@ -43,7 +43,8 @@ pub struct SegmentPoint<const D: usize> {
     pub xi: [f64; 2],
     /// Coordinates on the target facet.
     pub eta: [f64; 2],
-    /// Weight in the reference domain of the contactor facet, > 0.
+    /// Weight in the reference domain of the contactor facet, > 0; 0 for the points on the boundary of
+    /// [`Want::FixedPlaces`].
     pub weight: f64,
 }
 
@@ -65,4 +66,22 @@ pub enum Want {
     Variations,
     /// Also variations of their normals.
     NormalVariations,
+    /// As [`NormalVariations`](Self::NormalVariations), at fixed places in the plane of the contactor's
+    /// piece. Points on the boundary of the overlap follow, which have no weight but the derivatives
+    /// of the weight by the motion of the boundary. In 2D this is [`NormalVariations`](Self::NormalVariations).
+    ///
+    /// The corners of an overlap whose edges are nearly parallel move along these edges far more than
+    /// the nodes do, and so do the points between them. This changes no integral, but it enlarges the
+    /// errors of their quadrature and dominates products of derivatives.
+    ///
+    /// Points on the boundary vary at half of its motion. Products of the derivatives of an integrand and
+    /// of the weight there are then half of the second derivative by the motion of the boundary.
+    FixedPlaces,
+}
+
+impl Want {
+    /// Whether the normals vary.
+    pub fn includes_normals(self) -> bool {
+        matches!(self, Self::NormalVariations | Self::FixedPlaces)
+    }
 }
