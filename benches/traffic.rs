@@ -10,7 +10,7 @@ use std::hint::black_box;
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
 
-use contact_petsc::solvers::incomplete::{Block, Incomplete, Rows};
+use contact_petsc::solvers::incomplete::{Block, FactorPattern, Incomplete};
 
 /// How often each time is measured.
 const ROUNDS: usize = 30;
@@ -51,8 +51,8 @@ fn sum(values: &[f64]) -> f64 {
 }
 
 /// Nodes of `n` by `n` by `height`, each coupled with all around it.
-fn lattice(n: i32, height: i32) -> Rows {
-    let mut rows = Rows { offsets: vec![0], columns: vec![] };
+fn lattice(n: i32, height: i32) -> FactorPattern {
+    let mut rows = FactorPattern { offsets: vec![0], columns: vec![] };
     for (z, y, x) in (0..height).flat_map(|z| (0..n).flat_map(move |y| (0..n).map(move |x| (z, y, x)))) {
         for (r, q, p) in (z - 1..=z + 1)
             .flat_map(|r| (y - 1..=y + 1).flat_map(move |q| (x - 1..=x + 1).map(move |p| (r, q, p))))
@@ -67,7 +67,7 @@ fn lattice(n: i32, height: i32) -> Rows {
 }
 
 /// Measures solve and bandwidth, and prints them.
-fn compare<const D: usize>(rows: &Rows) {
+fn compare<const D: usize>(rows: &FactorPattern) {
     let count = rows.count();
     let mut is_diagonal = vec![false; rows.columns.len()];
     for row in 0..count {

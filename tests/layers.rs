@@ -26,6 +26,23 @@ const HELPERS: &[&str] = &["taylor"];
 /// Macros that other crates use stand at the root of their crate.
 const MACROS: &[&str] = &["tagged", "family", "laws"];
 
+/// Names that types of several files share on purpose.
+const SHARED: &[&str] = &[
+    // As a case states them, and as the program holds them.
+    "Body",
+    "FilteredAmg",
+    "Kinematics",
+    "Locking",
+    "Mesh",
+    "StageMatrix",
+    "Strategy",
+    "TwoStage",
+    // Each material law has its own.
+    "Coefficients",
+    // Of a tensor, and PETSc's.
+    "Vector",
+];
+
 /// Row of each module, and its group within the row. Semicolons separate groups.
 type Map = BTreeMap<String, (usize, usize)>;
 
@@ -189,6 +206,34 @@ fn reductions_have_one_type() {
 }
 
 /// `unsafe` is limited to the owners of PETSc's and METIS's objects.
+/// The name of the type that a line of code defines for other modules.
+fn public_type(line: &str) -> Option<&str> {
+    let rest = line.strip_prefix("pub")?;
+    let rest = rest.strip_prefix("(super)").or(rest.strip_prefix("(crate)")).unwrap_or(rest);
+    let kinds = [" struct ", " enum ", " trait ", " type "];
+    let rest = kinds.iter().find_map(|kind| rest.strip_prefix(kind))?;
+    rest.split(|letter: char| !letter.is_alphanumeric() && letter != '_').next()
+}
+
+#[test]
+fn types_do_not_share_names_by_accident() {
+    let mut found = Vec::new();
+    files(&source(), &mut found);
+    let mut homes: BTreeMap<String, BTreeSet<PathBuf>> = BTreeMap::new();
+    for path in found {
+        for name in code(&path).lines().filter_map(public_type) {
+            homes.entry(name.to_owned()).or_default().insert(path.clone());
+        }
+    }
+    assert!(homes.len() > 500, "{}", homes.len());
+    let shared: BTreeMap<_, _> = homes.iter().filter(|(_, homes)| homes.len() > 1).collect();
+    let meant = |name: &String| SHARED.contains(&name.as_str());
+    let accidents: Vec<_> = shared.iter().filter(|(name, _)| !meant(name)).collect();
+    assert!(accidents.is_empty(), "types that share a name, rename all but one: {accidents:#?}");
+    let unused: Vec<_> = SHARED.iter().filter(|name| !shared.contains_key(&(**name).to_owned())).collect();
+    assert!(unused.is_empty(), "no types share these names any more: {unused:?}");
+}
+
 #[test]
 fn unsafe_stays_with_petsc() {
     let mut sources = Vec::new();

@@ -23,7 +23,7 @@ use crate::space::{DisplacementBoundary, DofMap, Held};
 use crate::tensor::Vector;
 
 /// A body, or a piece of one, that no support holds in some direction.
-pub(super) struct FreeBody {
+pub(super) struct UnsupportedBody {
     /// Indices of the bodies that are joined in it; empty for a rigid body.
     pub bodies: Vec<usize>,
     /// Index of the group of pieces.
@@ -282,12 +282,12 @@ pub(super) fn free_bodies<const D: usize>(
     pieces: &Pieces<D>,
     supports: &Supports<D>,
     elastic: &ElasticSupports<D>,
-) -> Vec<FreeBody> {
+) -> Vec<UnsupportedBody> {
     let held = pieces.held(world, &local.mesh, supports, elastic);
     let free =
         |group: usize| (0..D).filter(|&i| !held[group][i]).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>();
     let loose = (0..held.len()).filter(|&group| !free(group).is_empty());
-    let describe = |group: usize| FreeBody {
+    let describe = |group: usize| UnsupportedBody {
         bodies: pieces.groups[group].iter().flat_map(|&piece| pieces.all[piece].bodies.clone()).collect(),
         group,
         words: format!("{} along {}", pieces.group_name(group), free(group).join(", ")),

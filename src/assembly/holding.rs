@@ -1,6 +1,6 @@
 //! What supports leave free: bodies, or pieces of them, that can still move.
 
-use super::build::FreeBody;
+use super::build::UnsupportedBody;
 use super::pieces::Pieces;
 
 /// How supports hold a group of pieces.
@@ -16,13 +16,17 @@ struct Group {
 /// How supports hold the bodies, with the same values on all ranks.
 #[derive(Default)]
 pub struct Holding {
-    free: Vec<FreeBody>,
+    free: Vec<UnsupportedBody>,
     groups: Vec<Group>,
 }
 
 impl Holding {
     /// Combines the bodies that lack a support with the number of motions of each group of pieces.
-    pub(super) fn new<const D: usize>(free: Vec<FreeBody>, pieces: &Pieces<D>, motions: &[usize]) -> Self {
+    pub(super) fn new<const D: usize>(
+        free: Vec<UnsupportedBody>,
+        pieces: &Pieces<D>,
+        motions: &[usize],
+    ) -> Self {
         let group = |(group, &motions): (usize, &usize)| Group {
             name: pieces.group_name(group),
             motions,
@@ -35,7 +39,7 @@ impl Holding {
     /// may hold it, and `words` are its name and directions.
     pub(super) fn add_rigid(&mut self, name: &str, motions: usize, touched: bool, words: String) {
         if motions > 0 {
-            self.free.push(FreeBody { bodies: Vec::new(), group: self.groups.len(), words });
+            self.free.push(UnsupportedBody { bodies: Vec::new(), group: self.groups.len(), words });
         }
         self.groups.push(Group { name: format!("'{name}'"), motions, touched });
     }

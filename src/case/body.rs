@@ -291,7 +291,7 @@ tagged!(Kinematics, "kinematics");
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Plane")]
-pub enum Plane {
+pub enum PlaneAssumption {
     /// Plane strain: the thickness does not change, as in a long body.
     #[default]
     Strain,
@@ -299,7 +299,7 @@ pub enum Plane {
     /// per unit of the thickness before the deformation.
     Stress,
 }
-tagged!(Plane, "state across the plane");
+tagged!(PlaneAssumption, "state across the plane");
 
 /// Treatment of volumetric locking.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

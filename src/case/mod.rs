@@ -39,7 +39,9 @@ pub use crate::presets::Linear;
 pub use crate::schemes::Scheme;
 use crate::schemes::Static;
 pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance};
-pub use body::{Body, BoxMap, BoxMesh, Element, FileMesh, Kinematics, Locking, Mass, Merge, Mesh, Plane};
+pub use body::{
+    Body, BoxMap, BoxMesh, Element, FileMesh, Kinematics, Locking, Mass, Merge, Mesh, PlaneAssumption,
+};
 pub use boundary::{Action, Boundary};
 pub use components::{Components, Force, Torque};
 pub use contact::{ALL, Area, Contact, InitialOverclosure};
@@ -68,7 +70,7 @@ use crate::reader::complaint::Complaint;
 pub use crate::reader::derived::Derived;
 use crate::reader::document::{self, Document};
 pub use crate::reader::function::{Function, Motion, PlacedFunction, Varying};
-pub use crate::reader::parameters::Parameters;
+pub use crate::reader::parameters::CaseParameters;
 pub use crate::reader::place::Place;
 use crate::reader::quantity;
 use crate::reader::schema::schema_of;
@@ -93,14 +95,14 @@ pub struct Case {
     pub units: Units,
     /// Numbers with names, for use in all other functions and numbers of the case, except whole
     /// numbers. Each is a number, a number with a unit, or an expression of parameters above it.
-    #[serde(default, skip_serializing_if = "Parameters::is_empty")]
-    pub parameters: Parameters,
+    #[serde(default, skip_serializing_if = "CaseParameters::is_empty")]
+    pub parameters: CaseParameters,
     /// 2: plane strain or plane stress, with a thickness of one unit of length; 3: solid;
     /// `axisymmetric`: bodies of revolution about the y axis, with x as the radius.
     pub dimension: At<SpaceDimension>,
     /// State across the plane, in 2D; `strain` if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub plane: Option<At<Plane>>,
+    pub plane: Option<At<PlaneAssumption>>,
     /// Deformable bodies by name.
     pub bodies: At<Named<Body>>,
     /// Rigid targets at rest by name.
@@ -334,7 +336,7 @@ impl Case {
 
     /// Whether there is no stress across the plane.
     pub fn is_plane_stress(&self) -> bool {
-        self.plane.as_ref().is_some_and(|plane| plane.value == Plane::Stress)
+        self.plane.as_ref().is_some_and(|plane| plane.value == PlaneAssumption::Stress)
     }
 
     /// Whether all bodies are bodies of revolution about the y axis.

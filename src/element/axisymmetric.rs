@@ -12,7 +12,7 @@ use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::Kinematics;
 use super::linearised_pressure::{LinearisedPressure, PressureChange, VolumeSamples};
 use super::projection::Dilatation;
-use super::tangent::{Blocks, Wanted};
+use super::tangent::{Blocks, Selected};
 use super::workspace::{Job, Workspace};
 use crate::composed::LaneWise;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
@@ -194,7 +194,7 @@ impl<L: Lane, const D: usize> VolumeSamples<L, D> for RingShape<L, D> {
         law: &VolumeLaw,
         at: &Self::Sample,
         weight: L,
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     ) {
         let slope = DilatationSlope::new(law, &at.at);
         slope.add_curvature(&mut work.blocks, self, law, &at.at, weight, wanted);
@@ -229,7 +229,7 @@ impl<const D: usize> LaneTask for Evaluate<'_, D> {
         let n = group.kind.nodes();
         let is_linear = group.formulation.kinematics == Kinematics::Linear;
         let volume_law = group.volume_law();
-        let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
+        let wanted = request.stiffness.map(|terms| Selected::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
         let mut pressures = LinearisedPressure::new(unit, group, request.linearised_at);
         let mut shape = RingShape::new(unit, group);
@@ -402,7 +402,7 @@ impl<L: Lane, const D: usize> DilatationSlope<L, D> {
         law: &VolumeLaw,
         at: &HoopGradient<L, D>,
         weight: L,
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     ) {
         match law.form {
             Volumetric::Rubber | Volumetric::Logarithmic => {
@@ -447,7 +447,7 @@ fn add_volume_terms<L: Lane, const D: usize>(
     shape: &mut RingShape<L, D>,
     pass: &Pass,
     law: &VolumeLaw,
-    wanted: Option<Wanted<L>>,
+    wanted: Option<Selected<L>>,
     first: usize,
 ) {
     let n = work.force.len();

@@ -11,7 +11,7 @@
 
 use super::batch::Sample;
 use super::group::Pass;
-use super::tangent::{Blocks, Wanted};
+use super::tangent::{Blocks, Selected};
 use super::workspace::Workspace;
 use crate::lanes::Lane;
 use crate::material::{VolumeLaw, Volumetric};
@@ -25,7 +25,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         unit: L,
         pass: &Pass,
         law: &VolumeLaw,
-        wanted: Option<Wanted<L>>,
+        wanted: Option<Selected<L>>,
         first: usize,
     ) {
         let n = self.force.len();
@@ -107,7 +107,7 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
         sample: &Sample<L, D, STATES>,
         map: &Square<L, D>,
         weight: L,
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     ) {
         match law.form {
             // d2J = (h_a h_b^T - h_b h_a^T) / J with the cofactors h; its part in K_S is (h_a . h_b) / J.

@@ -11,7 +11,7 @@ use super::Inverted;
 use super::batch::{Sample, check};
 use super::group::Sampling;
 use super::linearised_pressure::{FlatShape, LinearisedPressure};
-use super::tangent::Wanted;
+use super::tangent::Selected;
 use super::viscous::{added_stress, in_plane, in_space};
 use super::workspace::{Job, Workspace};
 use crate::lanes::{Lane, LaneTask, WIDTH};
@@ -62,7 +62,7 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
         let viscous = if VISCOUS { viscous.zip(self.relaxing.as_deref()) } else { None };
         let n = group.kind.nodes();
         let volume_law = group.volume_law();
-        let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
+        let wanted = request.stiffness.map(|terms| Selected::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
         let mut pressures = LinearisedPressure::new(unit, group, request.linearised_at);
         let mut reserves = Vec::new();
@@ -121,7 +121,7 @@ fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
     sample: &Sample<L, D, 1>,
     law: &K,
     viscous: Option<Viscous<K>>,
-    wanted: Option<Wanted<L>>,
+    wanted: Option<Selected<L>>,
 ) -> Reached<L, D> {
     let grad_u = &sample.grad_u[0];
     let f = plus_one(grad_u);
@@ -218,7 +218,7 @@ fn elasticity<C: Contraction<L, D>, L: Lane, const D: usize>(
     tangent: &C,
     f: &Square<L, D>,
     volume: L,
-    wanted: Wanted<L>,
+    wanted: Selected<L>,
 ) -> [[Square<L, D>; D]; D] {
     let zero = volume.constant(0.0);
     let half = volume.constant(0.5);

@@ -12,7 +12,7 @@ use super::ElementSink;
 use super::batch::{Batch, Sample};
 use super::group::{ElementGroup, Formulation, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, locks};
-use super::tangent::Wanted;
+use super::tangent::Selected;
 use super::workspace::Workspace;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::VolumeLaw;
@@ -98,7 +98,7 @@ pub(super) trait VolumeSamples<L: Lane, const D: usize> {
         law: &VolumeLaw,
         at: &Self::Sample,
         weight: L,
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     );
 }
 
@@ -154,7 +154,7 @@ impl<L: Lane, const D: usize> VolumeSamples<L, D> for FlatShape {
         law: &VolumeLaw,
         at: &Self::Sample,
         weight: L,
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     ) {
         let map = product(&law.gradient(&at.grad_u[0]), &at.map);
         let slopes = &work.batch.slopes;
@@ -202,7 +202,7 @@ impl<'a, L: Lane, const D: usize> LinearisedPressure<'a, L, D> {
         shape: &mut S,
         group: &ElementGroup<D>,
         nodes: &[[u32; WIDTH]],
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     ) {
         let law = group.volume_law();
         let pass = &group.passes[group.passes.len() - 1];

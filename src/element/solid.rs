@@ -18,7 +18,7 @@ use super::Inverted;
 use super::batch::{Sample, check};
 use super::group::Sampling;
 use super::linearised_pressure::{FlatShape, LinearisedPressure};
-use super::tangent::{Form, Tangent, Wanted, first_form};
+use super::tangent::{Form, Selected, Tangent, first_form};
 use super::viscous::added_stress;
 use super::workspace::{Job, Workspace};
 use crate::lanes::{Lane, LaneTask, WIDTH};
@@ -46,7 +46,7 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
         let Job { group, u, viscous, request, sink } = self.job;
         let n = group.kind.nodes();
         let volume_law = group.volume_law();
-        let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
+        let wanted = request.stiffness.map(|terms| Selected::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
         let mut pressures = LinearisedPressure::new(unit, group, request.linearised_at);
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
@@ -112,7 +112,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         &mut self,
         sample: &Sample<L, D, 1>,
         moduli: &Moduli<L>,
-        wanted: Option<Wanted<L>>,
+        wanted: Option<Selected<L>>,
         form: Form,
     ) -> L {
         let response = P::respond_with_metric(moduli, &sample.grad_u[0]);

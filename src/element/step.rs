@@ -9,7 +9,7 @@
 use super::batch::{Batch, Sample, check};
 use super::group::{ElementGroup, Pass, Sampling};
 use super::projection::Dilatation;
-use super::tangent::Wanted;
+use super::tangent::Selected;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{IsotropicLaw, Law, LawPart, LawTask, PointLaw, StepMotion, VolumeLaw, VolumeStep};
@@ -74,7 +74,7 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
         let StepJob { group, u, request, sink } = self.job;
         let n = group.kind.nodes();
         let volume_law = group.volume_law();
-        let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
+        let wanted = request.stiffness.map(|terms| Selected::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
         let mut reserves = Vec::new();
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
@@ -217,7 +217,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         second_piola: &Square<L, D>,
         change: &impl StepChange<L, D>,
         volume: L,
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     ) {
         let n = self.gradients.len();
         let f_end = plus_one(&motion.end);
@@ -260,7 +260,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         unit: L,
         pass: &Pass,
         law: &VolumeLaw,
-        wanted: Option<Wanted<L>>,
+        wanted: Option<Selected<L>>,
         first: usize,
     ) {
         let n = self.gradients.len();

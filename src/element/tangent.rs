@@ -12,12 +12,12 @@ use crate::terms::Terms;
 
 /// Factors one or zero in lanes that select the requested parts of the stiffness.
 #[derive(Clone, Copy)]
-pub(super) struct Wanted<L> {
+pub(super) struct Selected<L> {
     pub material: L,
     pub geometric: L,
 }
 
-impl<L: Lane> Wanted<L> {
+impl<L: Lane> Selected<L> {
     #[inline(always)]
     pub fn new(unit: L, terms: Terms) -> Self {
         let switch = |term| unit.constant(if terms.contains(term) { 1.0 } else { 0.0 });
@@ -66,7 +66,7 @@ impl<L: Lane, const D: usize> Tangent<L, D> {
         response: &MetricResponse<L, D>,
         map: &Square<L, D>,
         volume: L,
-        wanted: Wanted<L>,
+        wanted: Selected<L>,
     ) -> Self {
         let material = volume * wanted.material;
         let (lam, q) = (response.lam * material, response.q * material);

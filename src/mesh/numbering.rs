@@ -7,14 +7,14 @@ pub(super) const MAX_NODES: usize = i32::MAX as usize / 3;
 
 /// Numbers in the order of the file, and the index of each.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Numbering {
+pub(super) struct FileNumbers {
     ids: Vec<u64>,
     /// Indices of numbers that do not continue the consecutive numbering from the first. Most files
     /// have none.
     strays: HashMap<u64, u32>,
 }
 
-impl Numbering {
+impl FileNumbers {
     /// The numbers, in the order of the file.
     pub fn ids(&self) -> &[u64] {
         &self.ids
@@ -42,7 +42,7 @@ mod tests {
     /// Consecutive numbers, gaps, numbers below the first and the largest number are all found.
     #[test]
     fn every_number_has_its_index() {
-        let mut numbering = Numbering::default();
+        let mut numbering = FileNumbers::default();
         let ids = [5, 6, 7, 100, 9, 2, u64::MAX, 0];
         ids.iter().for_each(|&id| numbering.push(id));
         for (index, &id) in (0..).zip(&ids) {
@@ -50,7 +50,7 @@ mod tests {
         }
         assert_eq!(numbering.index(8), None);
         assert_eq!(numbering.index(1), None);
-        assert_eq!(Numbering::default().index(0), None);
+        assert_eq!(FileNumbers::default().index(0), None);
         assert_eq!(numbering.ids(), ids);
     }
 }

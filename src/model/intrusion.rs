@@ -36,7 +36,7 @@ pub(super) struct Intrusion<const D: usize> {
 
 /// A body of the merged mesh.
 #[derive(Clone, Copy)]
-pub(super) struct Member<'a> {
+pub(super) struct MergedBody<'a> {
     pub name: &'a str,
     pub number: usize,
     pub elements: &'a [u32],
@@ -76,7 +76,7 @@ struct Sample<const D: usize> {
 
 impl<'a, const D: usize> Neighbours<'a, D> {
     /// The surfaces of `bodies` near the box `common`.
-    pub fn new(case: &Case, mesh: &'a Mesh<D>, bodies: [Member<'_>; 2], common: &Bounds<D>) -> Self {
+    pub fn new(case: &Case, mesh: &'a Mesh<D>, bodies: [MergedBody<'_>; 2], common: &Bounds<D>) -> Self {
         let box_of = |element: u32| {
             Bounds::of(mesh.element_nodes(element as usize).iter().map(|&node| mesh.points[node as usize]))
         };
@@ -166,13 +166,13 @@ impl<'a, const D: usize> Neighbours<'a, D> {
 fn facing<'a, const D: usize>(
     case: &Case,
     mesh: &'a Mesh<D>,
-    bodies: [Member<'_>; 2],
+    bodies: [MergedBody<'_>; 2],
     region: &Bounds<D>,
 ) -> Vec<[BoxedFacets<'a, D>; 2]> {
     let mut found = Vec::new();
     for contact in case.contact.values() {
         for [one, other] in [bodies, [bodies[1], bodies[0]]] {
-            let of = |side: &SetNames, body: Member<'_>| -> Option<BoxedFacets<'a, D>> {
+            let of = |side: &SetNames, body: MergedBody<'_>| -> Option<BoxedFacets<'a, D>> {
                 if side.value != ALL && !side.bodies().any(|name| name == body.name) {
                     return None;
                 }

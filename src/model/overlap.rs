@@ -2,7 +2,7 @@
 //! distance. This module detects bodies that contain each other or coincide, for any orientation of
 //! their surfaces.
 
-use super::intrusion::{Intrusion, Member, Neighbours};
+use super::intrusion::{Intrusion, MergedBody, Neighbours};
 use crate::case::{Case, InitialOverclosure};
 use crate::error::{Error, Result};
 use crate::mesh::{Bounds, BoundsTree, Mesh, spelled};
@@ -42,7 +42,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             });
             let Some((inner, outer, place)) = found else {
                 let bodies =
-                    [one, other].map(|k| Member { name: names[k], number: k, elements: &elements[k] });
+                    [one, other].map(|k| MergedBody { name: names[k], number: k, elements: &elements[k] });
                 let shallow = Neighbours::new(case, mesh, bodies, &common).deepest();
                 remarks.extend(shallow.map(|Intrusion { place, depth }| {
                     format!(

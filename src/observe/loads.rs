@@ -2,7 +2,7 @@
 //! column.
 
 use super::quantity::{Column, ReportedQuantity, STEP, TIME, TableFile, Value};
-use super::reactions::{CENTRE, Reaction, Resultant, place_of};
+use super::reactions::{CENTRE, ForceSums, Reaction, place_of};
 use crate::assembly::ContactSystem;
 use crate::dynamics::Stage;
 use crate::petsc::sum_over_ranks;
@@ -51,7 +51,7 @@ pub fn load_reports<const D: usize>(system: &ContactSystem<D>, stage: &Stage) ->
     let names = load_names(system.load_names());
     let row = |name: &str| names.iter().position(|known| *known == name);
     let rows: Vec<Option<usize>> = system.load_names().map(row).collect();
-    let mut sums = vec![Resultant::default(); names.len()];
+    let mut sums = vec![ForceSums::default(); names.len()];
     let mesh = &system.bodies().local().mesh;
     let u = stage.trial.u.owned();
     system.each_load(stage, |load, forces| {
@@ -63,6 +63,6 @@ pub fn load_reports<const D: usize>(system: &ContactSystem<D>, stage: &Stage) ->
             }
         }
     });
-    sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(Resultant::terms));
+    sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(ForceSums::terms));
     names.iter().zip(&sums).map(|(name, sum)| sum.row(name)).collect()
 }

@@ -70,7 +70,7 @@ pub(super) const CENTRE: Column<Reaction> = Column {
 
 /// Sums over the nodes on which forces act.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Resultant {
+pub(super) struct ForceSums {
     force: [f64; 3],
     moment: [f64; 3],
     /// Sum of the absolute values of the components.
@@ -80,7 +80,7 @@ pub(super) struct Resultant {
     places: [f64; 3],
 }
 
-impl Resultant {
+impl ForceSums {
     /// Nodal forces are taken to cancel if their resultant is below this part of the sum of their
     /// absolute values. It is above what rounding (1e-16) and the default tolerance of Newton's
     /// method (1e-7) leave of forces that cancel. Half and twice the value differ only for
@@ -146,10 +146,10 @@ pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalanc
     let (u, imbalance) = (u.owned(), imbalance.owned());
     let local = system.bodies().local();
     let place = |node: usize| place_of(&local.mesh, &u, node);
-    let mut sums: Vec<(&str, Resultant)> = Vec::new();
+    let mut sums: Vec<(&str, ForceSums)> = Vec::new();
     let rollers = &system.bodies().supports().rollers;
     for boundary in system.bodies().boundaries() {
-        let mut sum = Resultant::default();
+        let mut sum = ForceSums::default();
         for &(node, component) in boundary.entries.iter().filter(|(node, _)| local.index.owns(*node)) {
             let (node, axis) = (node as usize, usize::from(component));
             let own = rollers.force_along(node, axis, &imbalance).unwrap_or(imbalance[node * D + axis]);
@@ -158,16 +158,16 @@ pub fn reactions<const D: usize>(system: &ContactSystem<D>, u: &Vector, imbalanc
         sums.push((&boundary.name, sum));
     }
     for (name, forces) in rollers.forces(&imbalance) {
-        sums.push((name, Resultant::of_nodes(forces, place)));
+        sums.push((name, ForceSums::of_nodes(forces, place)));
     }
     for (name, forces) in system.bodies().elastic_supports().forces() {
-        sums.push((name, Resultant::of_nodes(forces, place)));
+        sums.push((name, ForceSums::of_nodes(forces, place)));
     }
     for (name, torque) in system.bodies().elastic_supports().torques() {
-        sums.push((name, Resultant { moment: torque, ..Resultant::default() }));
+        sums.push((name, ForceSums { moment: torque, ..ForceSums::default() }));
     }
     for (name, forces) in system.bodies().ties().forces() {
-        sums.push((name, Resultant::of_nodes(forces, place)));
+        sums.push((name, ForceSums::of_nodes(forces, place)));
     }
     sum_over_ranks(system.session().world(), sums.iter_mut().flat_map(|(_, sum)| sum.terms()));
     sums.iter().map(|(name, sum)| sum.row(name)).collect()
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn forces_act_at_their_centre() {
         let of = |forces: [[f64; 3]; 2]| {
-            let mut sum = Resultant::default();
+            let mut sum = ForceSums::default();
             for (force, place) in forces.iter().zip([[1.0, 2.0, 0.5], [4.0, 2.0, 0.5]]) {
                 (0..3).for_each(|axis| sum.add(&place, axis, force[axis]));
             }

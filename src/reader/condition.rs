@@ -15,7 +15,7 @@ use super::expression;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
     text: String,
-    parsed: expression::Condition,
+    parsed: expression::ParsedCondition,
 }
 
 impl Condition {
@@ -24,7 +24,7 @@ impl Condition {
     /// # Errors
     /// What is wrong with it, with the number of characters before the fault; or it depends on t.
     pub fn parse(text: &str) -> Result<Self, Complaint> {
-        let parsed = expression::Condition::parse(text)?;
+        let parsed = expression::ParsedCondition::parse(text)?;
         if parsed.varies_in_time() {
             let message = "a set can not depend on t".to_owned();
             return Err(Complaint::new(message).hint("write a condition on the reference position x, y, z"));

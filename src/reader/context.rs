@@ -14,11 +14,11 @@ pub const CHOICE: &str = "choice";
 pub const NODE: &str = "node";
 
 /// Names and values of parameters, in the order of the file.
-pub(super) type Parameters = Vec<(String, f64)>;
+pub(super) type NamedNumbers = Vec<(String, f64)>;
 
 thread_local! {
     /// Parameters of the case that is being read.
-    static PARAMETERS: RefCell<Rc<Parameters>> = RefCell::default();
+    static PARAMETERS: RefCell<Rc<NamedNumbers>> = RefCell::default();
     /// serde's data model has no places: that of the value which is read next goes by this way.
     static PLACE: Cell<Option<Place>> = const { Cell::new(None) };
 }
@@ -44,8 +44,8 @@ pub(super) fn parameter_names() -> Vec<String> {
 }
 
 /// Reads something whose expressions may use these parameters.
-pub(super) fn with_parameters<T>(values: Parameters, read: impl FnOnce() -> T) -> T {
-    struct Restore(Rc<Parameters>);
+pub(super) fn with_parameters<T>(values: NamedNumbers, read: impl FnOnce() -> T) -> T {
+    struct Restore(Rc<NamedNumbers>);
     impl Drop for Restore {
         fn drop(&mut self) {
             PARAMETERS.set(std::mem::take(&mut self.0));

@@ -3,7 +3,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What an expression can be evaluated in.
-pub(super) trait Scalar:
+pub(super) trait ExpressionNumber:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// A constant.
@@ -62,7 +62,7 @@ pub(super) trait Scalar:
     }
 }
 
-impl Scalar for f64 {
+impl ExpressionNumber for f64 {
     fn constant(value: f64) -> Self {
         value
     }
@@ -109,7 +109,7 @@ impl Motion {
     }
 }
 
-impl Scalar for Motion {
+impl ExpressionNumber for Motion {
     fn constant(value: f64) -> Self {
         Self { value, rate: 0.0, second: 0.0 }
     }

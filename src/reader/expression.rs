@@ -3,7 +3,7 @@
 mod parser;
 
 use super::complaint::Complaint;
-use super::dual::{Motion, Scalar};
+use super::dual::{ExpressionNumber, Motion};
 pub(super) use parser::is_reserved;
 
 /// Parsed expression; bounded in depth and size, so that neither parsing nor evaluation can exhaust the stack.
@@ -15,7 +15,7 @@ pub(super) struct Expression {
 
 /// Parsed condition, such as `x > 0.3 and z < 1e-6`; bounded as an expression is.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Condition {
+pub(super) struct ParsedCondition {
     root: Test,
 }
 
@@ -171,7 +171,7 @@ impl Expression {
     }
 }
 
-impl Condition {
+impl ParsedCondition {
     /// Reads a condition, in which the parameters of the case that is being read are known.
     ///
     /// # Errors
@@ -198,7 +198,7 @@ impl Condition {
 }
 
 impl Node {
-    fn evaluate<T: Scalar>(&self, at: &Values<'_, T>) -> T {
+    fn evaluate<T: ExpressionNumber>(&self, at: &Values<'_, T>) -> T {
         match self {
             Self::Number(value) => T::constant(*value),
             Self::Variable(Variable::X) => at.x,
@@ -258,7 +258,7 @@ impl Node {
 }
 
 impl Test {
-    fn holds<T: Scalar>(&self, at: &Values<'_, T>) -> bool {
+    fn holds<T: ExpressionNumber>(&self, at: &Values<'_, T>) -> bool {
         match self {
             Self::Compare(comparison, a, b) => comparison.holds(a.evaluate(at).real(), b.evaluate(at).real()),
             Self::And(a, b) => a.holds(at) && b.holds(at),
@@ -294,7 +294,7 @@ impl Test {
 }
 
 impl Operator {
-    fn apply<T: Scalar>(self, a: T, b: T) -> T {
+    fn apply<T: ExpressionNumber>(self, a: T, b: T) -> T {
         match self {
             Self::Add => a + b,
             Self::Subtract => a - b,
@@ -321,7 +321,7 @@ impl Comparison {
 impl Function {
     /// The value for arguments of which the parser has seen to it that there are enough; a function of one argument goes
     /// by its first and second derivatives, the others are made of operations that have them.
-    fn evaluate<T: Scalar>(self, arguments: &[Node], at: &Values<'_, T>) -> T {
+    fn evaluate<T: ExpressionNumber>(self, arguments: &[Node], at: &Values<'_, T>) -> T {
         let value = |number: usize| arguments[number].evaluate(at);
         let argument = value(0);
         let others = || arguments[1..].iter().map(|node| node.evaluate(at));

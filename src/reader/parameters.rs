@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::at::At;
 use super::complaint::Complaint;
-use super::context::{Parameters as Values, with_parameters};
+use super::context::{NamedNumbers, with_parameters};
 use super::expression::{self, Expression};
 use super::findings::Findings;
 use super::node::{Node, Tree};
@@ -19,9 +19,9 @@ use super::{unit, units};
 
 /// Numbers with names. Each is a number, a number with a unit, or an expression of those before it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Parameters(Vec<(At<String>, f64)>);
+pub struct CaseParameters(Vec<(At<String>, f64)>);
 
-impl Parameters {
+impl CaseParameters {
     /// Whether the case has no parameters.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -47,13 +47,13 @@ impl Parameters {
 }
 
 /// The parameters of a case, before it is read. One whose value is wrong is 1, because reading the case reports it.
-pub(super) fn parameters_of(root: &Node) -> Values {
-    let Tree::Map(keys) = &root.tree else { return Values::new() };
+pub(super) fn parameters_of(root: &Node) -> NamedNumbers {
+    let Tree::Map(keys) = &root.tree else { return NamedNumbers::new() };
     let Some((_, node)) = keys.iter().find(|(key, _)| key.value == "parameters") else {
-        return Values::new();
+        return NamedNumbers::new();
     };
-    let Tree::Map(entries) = &node.tree else { return Values::new() };
-    let mut values = Values::new();
+    let Tree::Map(entries) = &node.tree else { return NamedNumbers::new() };
+    let mut values = NamedNumbers::new();
     for (name, written) in entries {
         let number = Scalar::deserialize(written).and_then(|scalar| evaluate(&scalar, &values));
         values.push((name.value.clone(), number.unwrap_or(1.0)));
@@ -62,7 +62,7 @@ pub(super) fn parameters_of(root: &Node) -> Values {
 }
 
 /// The value of a parameter in the units of the case, given those before it.
-fn evaluate(written: &Scalar, before: &Values) -> Result<f64, Complaint> {
+fn evaluate(written: &Scalar, before: &NamedNumbers) -> Result<f64, Complaint> {
     const EXPECTED: &str = "expected a number, a number with a unit, or an expression";
     let text = match written {
         Scalar::Number(value) => return Ok(*value),
@@ -84,31 +84,31 @@ fn evaluate(written: &Scalar, before: &Values) -> Result<f64, Complaint> {
     Err(Complaint::new(format!("the value of '{text}' is not finite")))
 }
 
-impl<'de> Deserialize<'de> for Parameters {
+impl<'de> Deserialize<'de> for CaseParameters {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Entries;
         impl<'de> Visitor<'de> for Entries {
-            type Value = Parameters;
+            type Value = CaseParameters;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("a mapping from names to numbers")
             }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Parameters, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<CaseParameters, A::Error> {
                 let mut entries = Vec::new();
-                let mut values = Values::new();
+                let mut values = NamedNumbers::new();
                 while let Some((name, written)) = map.next_entry::<At<String>, At<Scalar>>()? {
                     let complain = |complaint: Complaint| A::Error::custom(complaint.at(written.place));
                     let value = evaluate(&written, &values).map_err(complain)?;
                     values.push((name.value.clone(), value));
                     entries.push((name, value));
                 }
-                Ok(Parameters(entries))
+                Ok(CaseParameters(entries))
             }
         }
         deserializer.deserialize_map(Entries)
     }
 }
 
-impl Serialize for Parameters {
+impl Serialize for CaseParameters {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (name, value) in &self.0 {
@@ -118,7 +118,7 @@ impl Serialize for Parameters {
     }
 }
 
-impl JsonSchema for Parameters {
+impl JsonSchema for CaseParameters {
     fn inline_schema() -> bool {
         true
     }

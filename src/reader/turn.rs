@@ -1,6 +1,6 @@
 //! Displacement of a point by a prescribed rotation and translation, with exact derivatives in time.
 
-use super::dual::{Motion, Scalar};
+use super::dual::{ExpressionNumber, Motion};
 
 /// One component of the displacement `d + R(theta) r - r` of a point at the arm `r` from the centre,
 /// with `R r - r = sin(theta) k x r + (1 - cos(theta)) k x (k x r)`.

@@ -22,7 +22,7 @@ type Columns<const D: usize> = [[f64; WIDTH]; D];
 /// Block pattern of the matrix. Row `i` has the columns `columns[offsets[i]..offsets[i + 1]]`, in
 /// ascending order and including `i`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Rows {
+pub struct FactorPattern {
     /// Start of each row in `columns`, and the end of the last one.
     pub offsets: Vec<u32>,
     /// Columns of all rows.
@@ -61,7 +61,7 @@ const AHEAD: usize = 512;
 /// Replacement for a pivot that is exactly zero, as in PETSc.
 const TINY: f64 = 100.0 * f64::EPSILON;
 
-impl Rows {
+impl FactorPattern {
     /// Number of rows.
     pub fn count(&self) -> usize {
         self.offsets.len().saturating_sub(1)
@@ -163,7 +163,7 @@ impl<const D: usize> Triangle<D> {
 
 impl<const D: usize> Incomplete<D> {
     /// Creates factors of a matrix with such rows, to be [filled](Self::factorise).
-    pub fn new(rows: &Rows) -> Self {
+    pub fn new(rows: &FactorPattern) -> Self {
         let count = rows.count();
         let part = |row: usize, above: bool| {
             let columns = &rows.columns[rows.range(row)];
@@ -341,8 +341,8 @@ mod tests {
 
     /// A matrix of blocks on a lattice of `n` by `n` nodes, each coupled with the eight around it.
     /// Rows have different sizes.
-    fn lattice<const D: usize>(n: i32) -> (Rows, Vec<Block<D>>) {
-        let mut rows = Rows { offsets: vec![0], columns: vec![] };
+    fn lattice<const D: usize>(n: i32) -> (FactorPattern, Vec<Block<D>>) {
+        let mut rows = FactorPattern { offsets: vec![0], columns: vec![] };
         let mut blocks = vec![];
         for node in 0..n * n {
             for (x, y) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (node % n + dx, node / n + dy))) {
@@ -365,7 +365,7 @@ mod tests {
         (rows, blocks)
     }
 
-    fn multiply<const D: usize>(rows: &Rows, blocks: &[Block<D>], x: &[[f64; D]]) -> Vec<[f64; D]> {
+    fn multiply<const D: usize>(rows: &FactorPattern, blocks: &[Block<D>], x: &[[f64; D]]) -> Vec<[f64; D]> {
         let row = |row: usize| {
             rows.range(row).fold([0.0; D], |sum, k| {
                 let part = times(&blocks[k], &x[rows.columns[k] as usize]);
@@ -431,7 +431,7 @@ mod tests {
     #[test]
     fn solves_a_chain_exactly() {
         let count = 40_u32;
-        let mut rows = Rows { offsets: vec![0], columns: vec![] };
+        let mut rows = FactorPattern { offsets: vec![0], columns: vec![] };
         for row in 0..count {
             rows.columns.extend(row.saturating_sub(1)..(row + 2).min(count));
             rows.offsets.push(rows.columns.len() as u32);
@@ -509,7 +509,7 @@ mod tests {
         let one = |i: usize, j: usize| f64::from(u8::from(i == j));
         let block: Block<3> =
             std::array::from_fn(|j| std::array::from_fn(|i| one(i, j) + 1e9 * normal[i] * normal[j]));
-        let mut factors = Incomplete::<3>::new(&Rows { offsets: vec![0, 1], columns: vec![0] });
+        let mut factors = Incomplete::<3>::new(&FactorPattern { offsets: vec![0, 1], columns: vec![0] });
         factors.factorise(|_| block);
         let x = solution(&factors, |_| times(&block, &normal))[0];
         assert!((0..3).all(|i| (x[i] - normal[i]).abs() < 1e-5), "{x:?}");
@@ -534,7 +534,7 @@ mod tests {
     /// A singular block gives large numbers, not a panic. A matrix without rows is accepted.
     #[test]
     fn takes_any_matrix() {
-        let rows = Rows { offsets: vec![0, 1, 2], columns: vec![0, 1] };
+        let rows = FactorPattern { offsets: vec![0, 1, 2], columns: vec![0, 1] };
         let mut factors = Incomplete::<2>::new(&rows);
         factors.factorise(|k| if k == 0 { [[1.0, 1.0]; 2] } else { [[f64::NAN; 2]; 2] });
         let mut x = [[1.0, 2.0], [1.0, 1.0]];
@@ -543,7 +543,7 @@ mod tests {
             x[0].iter().all(|value| value.abs() > 1e6) && x[1].iter().all(|value| value.is_nan()),
             "{x:?}"
         );
-        let mut none = Incomplete::<2>::new(&Rows { offsets: vec![0], columns: vec![] });
+        let mut none = Incomplete::<2>::new(&FactorPattern { offsets: vec![0], columns: vec![] });
         none.factorise(|_| [[0.0; 2]; 2]);
         none.solve(&mut []);
     }

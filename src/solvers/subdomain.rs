@@ -13,7 +13,7 @@ use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
 
-use super::incomplete::{Incomplete, Rows};
+use super::incomplete::{FactorPattern, Incomplete};
 use crate::collective::Collective;
 use crate::error::Result;
 use crate::partition::IndexMap;
@@ -226,7 +226,7 @@ impl<const D: usize> Overlapping<D> {
             let own = pattern.owned().contains(&global).then(|| (global - pattern.first_row) as usize);
             own.or_else(ghost).map(|node| position[node])
         };
-        let mut rows = Rows { offsets: vec![0], columns: Vec::with_capacity(pattern.slots()) };
+        let mut rows = FactorPattern { offsets: vec![0], columns: Vec::with_capacity(pattern.slots()) };
         let mut sources = Vec::with_capacity(pattern.slots());
         let mut row: Vec<(u32, Source)> = Vec::new();
         for &node in &order {

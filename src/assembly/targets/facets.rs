@@ -14,7 +14,7 @@ pub struct ForeignNodes<const D: usize> {
 }
 
 /// A facet of another rank.
-pub(super) struct Arrived<'a, const D: usize> {
+pub(super) struct ArrivedFacet<'a, const D: usize> {
     pub kind: ElementKind,
     pub body: u16,
     pub identity: u64,
@@ -25,7 +25,7 @@ pub(super) struct Arrived<'a, const D: usize> {
 }
 
 /// Facets during the gathering.
-pub(super) struct Gathered<'a, const D: usize> {
+pub(super) struct GatheredFacets<'a, const D: usize> {
     local: &'a LocalMesh<D>,
     facets: Vec<Entry>,
     /// Global nodes of all facets, facet by facet.
@@ -40,7 +40,7 @@ struct Entry {
     first: usize,
 }
 
-impl<'a, const D: usize> Gathered<'a, D> {
+impl<'a, const D: usize> GatheredFacets<'a, D> {
     pub fn new(local: &'a LocalMesh<D>) -> Self {
         Self { local, facets: Vec::new(), globals: Vec::new(), foreign: Vec::new() }
     }
@@ -61,8 +61,8 @@ impl<'a, const D: usize> Gathered<'a, D> {
     }
 
     /// Adds a facet of another rank. Some of its nodes may be on this rank.
-    pub fn push(&mut self, facet: &Arrived<'_, D>) {
-        let Arrived { kind, body, identity, globals, points } = *facet;
+    pub fn push(&mut self, facet: &ArrivedFacet<'_, D>) {
+        let ArrivedFacet { kind, body, identity, globals, points } = *facet;
         self.facets.push(Entry { identity, kind, body, first: self.globals.len() });
         for (&global, &point) in globals.iter().zip(points) {
             self.globals.push(global as i32);

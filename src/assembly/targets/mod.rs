@@ -17,7 +17,7 @@ use crate::partition::exchange::sparse_all_to_all;
 use crate::partition::{IndexMap, LocalMesh};
 
 pub use facets::ForeignNodes;
-use facets::Gathered;
+use facets::GatheredFacets;
 use parcel::Parcel;
 
 /// Number of boxes per rank around its contactor facets. With so many, a long or bent surface does
@@ -88,7 +88,7 @@ impl<const D: usize> TargetGather<D> {
 
         let tree = BoundsTree::new(&inflated);
         let near = |one: &Bounds<D>| tree.meeting(one).next().is_some();
-        let mut gathered = Gathered::new(local);
+        let mut gathered = GatheredFacets::new(local);
         for (&facet, _) in target.iter().zip(&target_boxes).filter(|(_, one)| near(one)) {
             gathered.push_own(facet);
         }

@@ -1,7 +1,7 @@
 //! Target facets that are sent to another rank, as two flat lists.
 
 use super::Surfaces;
-use super::facets::{Arrived, Gathered};
+use super::facets::{ArrivedFacet, GatheredFacets};
 use crate::contact::target::TargetFacets;
 use crate::mesh::{Bounds, ElementKind, Facet};
 
@@ -59,7 +59,7 @@ impl Parcel<'_> {
     pub fn unpack<const D: usize>(
         self,
         near: impl Fn(&Bounds<D>) -> bool,
-        into: &mut Gathered<'_, D>,
+        into: &mut GatheredFacets<'_, D>,
     ) -> Option<()> {
         let (mut integers, mut reals) = (self.integers, self.reals);
         while let [kind, body, element, side, rest @ ..] = integers {
@@ -70,7 +70,7 @@ impl Parcel<'_> {
             let [low, high, points @ ..] = numbers.as_chunks::<D>().0 else { return None };
             let identity = TargetFacets::identity(*element, u8::try_from(*side).ok()?);
             if near(&Bounds { low: *low, high: *high }) {
-                into.push(&Arrived { kind, body: *body as u16, identity, globals, points });
+                into.push(&ArrivedFacet { kind, body: *body as u16, identity, globals, points });
             }
         }
         (integers.is_empty() && reals.is_empty()).then_some(())

@@ -84,7 +84,7 @@ impl Instant {
 
 /// Positions and fields of the nodes of a pair. The buffers are reused for every pair to avoid
 /// allocation.
-pub(super) struct Gathered<const D: usize> {
+pub(super) struct GatheredPair<const D: usize> {
     pub nodes: Vec<u32>,
     positions: Vec<Vector<D>>,
     velocities: Vec<Vector<D>>,
@@ -93,7 +93,7 @@ pub(super) struct Gathered<const D: usize> {
     instant: Instant,
 }
 
-impl<const D: usize> Gathered<D> {
+impl<const D: usize> GatheredPair<D> {
     fn new(instant: Instant) -> Self {
         Self {
             nodes: Vec::new(),
@@ -315,9 +315,9 @@ impl<const D: usize> VertexContact<D> {
         couples: impl Iterator<Item = (u32, u32)>,
         fields: &ContactFields<'_>,
         instant: Instant,
-        mut visit: impl FnMut(u32, u32, &Gathered<D>, &FacetPair<'_, D>),
+        mut visit: impl FnMut(u32, u32, &GatheredPair<D>, &FacetPair<'_, D>),
     ) {
-        let mut gathered = Gathered::new(instant);
+        let mut gathered = GatheredPair::new(instant);
         let mut last = None;
         for (index, target) in couples {
             let facet = &self.surface.facets()[index as usize];
@@ -345,7 +345,7 @@ impl<const D: usize> VertexContact<D> {
         &'a self,
         facet: &VertexFacet,
         target: u32,
-        gathered: &'a Gathered<D>,
+        gathered: &'a GatheredPair<D>,
         reference: &'a [Vector<D>],
         radius: f64,
     ) -> FacetPair<'a, D> {

@@ -28,7 +28,7 @@ pub const CONTACT_TERMS: [Terms; 7] = [
 ];
 
 #[derive(Clone)]
-pub struct Scene<const D: usize> {
+pub struct PairScene<const D: usize> {
     pub mesh: Mesh<D>,
     pub contact: VertexContact<D>,
     pub candidates: Candidates<D>,
@@ -60,7 +60,7 @@ impl<const D: usize> ContactSink for Dense<D> {
     }
 }
 
-impl<const D: usize> Scene<D> {
+impl<const D: usize> PairScene<D> {
     /// The bottom of `upper` on the top of `lower`, at rest.
     fn new(upper: Mesh<D>, lower: Mesh<D>) -> Self {
         let mesh = merge(vec![("lower".to_owned(), lower), ("upper".to_owned(), upper)]).unwrap();
@@ -170,13 +170,13 @@ pub fn regimes() -> [Regularization; 5] {
     ]
 }
 
-pub fn is_consistent<const D: usize>(scene: &Scene<D>, what: &str) {
+pub fn is_consistent<const D: usize>(scene: &PairScene<D>, what: &str) {
     let rate = rate(scene, Terms::ALL, &ContactRequest::default());
     assert!(rate > 1.9, "{what}: rate {rate}");
 }
 
 /// Order of the error of the matrix of these terms as the derivative of the force.
-pub fn rate<const D: usize>(scene: &Scene<D>, terms: Terms, request: &ContactRequest) -> f64 {
+pub fn rate<const D: usize>(scene: &PairScene<D>, terms: Terms, request: &ContactRequest) -> f64 {
     let total = scene.u.len();
     let matrix = scene.selected(terms, request, None);
     let direction: Vec<f64> = scatter(total, 31).iter().map(|d| 1e-4 * d).collect();
@@ -193,37 +193,37 @@ fn the_tangent_is_the_derivative_of_the_force() {
     let plane = [ElementKind::Quad4, ElementKind::Quad9, ElementKind::Tri6];
     for (upper, lower) in plane.into_iter().flat_map(|a| plane.map(move |b| (a, b))) {
         for area in [AreaKind::Current, AreaKind::Reference] {
-            let mut scene = Scene::<2>::bent(upper, lower, penalty(None));
+            let mut scene = PairScene::<2>::bent(upper, lower, penalty(None));
             scene.contact.area = area;
             is_consistent(&scene, &format!("{upper} on {lower}, {area:?}"));
         }
     }
     let space = [ElementKind::Hex8, ElementKind::Tet4, ElementKind::Hex27, ElementKind::Tet10];
     for (upper, lower) in space.into_iter().zip([space[1], space[0], space[3], space[0]]) {
-        is_consistent(&Scene::<3>::bent(upper, lower, penalty(None)), &format!("{upper} on {lower}"));
+        is_consistent(&PairScene::<3>::bent(upper, lower, penalty(None)), &format!("{upper} on {lower}"));
     }
     // Segments that are deeper than they are long.
     for shift in [1.17, 1.2, 1.23] {
-        let scene = Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, penalty(None));
+        let scene = PairScene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, penalty(None));
         is_consistent(&scene.shifted(shift), &format!("shifted by {shift}"));
-        let scene = Scene::<3>::bent(ElementKind::Hex8, ElementKind::Tet4, penalty(None));
+        let scene = PairScene::<3>::bent(ElementKind::Hex8, ElementKind::Tet4, penalty(None));
         is_consistent(&scene.shifted(shift), &format!("shifted by {shift} in space"));
     }
     for regularization in regimes() {
         let law = penalty(Some(coulomb(0.4, regularization)));
         is_consistent(
-            &Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad9, law),
+            &PairScene::<2>::bent(ElementKind::Quad4, ElementKind::Quad9, law),
             &format!("{regularization:?}"),
         );
         is_consistent(
-            &Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law),
+            &PairScene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law),
             &format!("{regularization:?}"),
         );
     }
     for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
         for own in FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()) {
             let friction = Some(Friction { law: own, regularization: regimes()[2] });
-            let scene = Scene::<2>::bent(
+            let scene = PairScene::<2>::bent(
                 ElementKind::Quad4,
                 ElementKind::Quad4,
                 ContactLaw { normal, ..penalty(friction) },
@@ -237,7 +237,7 @@ fn the_tangent_is_the_derivative_of_the_force() {
 #[test]
 fn terms_add_up() {
     let law = penalty(Some(coulomb(0.4, regimes()[0])));
-    let scene = Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law);
+    let scene = PairScene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law);
     let whole = scene.matrix(Terms::ALL);
     let mut sum = vec![0.0; whole.len()];
     for terms in CONTACT_TERMS {
@@ -250,7 +250,7 @@ fn terms_add_up() {
     }
 }
 
-fn balances<const D: usize>(scene: &mut Scene<D>, moment_bound: f64, what: &str) {
+fn balances<const D: usize>(scene: &mut PairScene<D>, moment_bound: f64, what: &str) {
     let places = scene.positions();
     let force = scene.evaluate(&ContactRequest::default()).force;
     let forces: Vec<Vector<D>> = force.chunks_exact(D).map(Vector::from_row_slice).collect();
@@ -267,15 +267,27 @@ fn balances<const D: usize>(scene: &mut Scene<D>, moment_bound: f64, what: &str)
 #[test]
 fn action_is_reaction() {
     let friction = penalty(Some(coulomb(0.4, regimes()[1])));
-    balances(&mut Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, penalty(None)), 1e-14, "quad4");
-    balances(&mut Scene::<3>::bent(ElementKind::Tet4, ElementKind::Tet4, penalty(None)), 1e-14, "tet4");
-    balances(&mut Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, penalty(None)), 1e-2, "hex8");
-    balances(&mut Scene::<2>::bent(ElementKind::Quad9, ElementKind::Quad4, friction), 0.1, "quad9, friction");
-    balances(&mut Scene::<3>::bent(ElementKind::Hex27, ElementKind::Tet10, friction), 0.1, "hex27, friction");
+    balances(
+        &mut PairScene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, penalty(None)),
+        1e-14,
+        "quad4",
+    );
+    balances(&mut PairScene::<3>::bent(ElementKind::Tet4, ElementKind::Tet4, penalty(None)), 1e-14, "tet4");
+    balances(&mut PairScene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, penalty(None)), 1e-2, "hex8");
+    balances(
+        &mut PairScene::<2>::bent(ElementKind::Quad9, ElementKind::Quad4, friction),
+        0.1,
+        "quad9, friction",
+    );
+    balances(
+        &mut PairScene::<3>::bent(ElementKind::Hex27, ElementKind::Tet10, friction),
+        0.1,
+        "hex27, friction",
+    );
 }
 
 fn presses_evenly<const D: usize>(upper: ElementKind, lower: ElementKind, shift: f64) {
-    let mut scene = Scene::<D>::pressed(upper, lower);
+    let mut scene = PairScene::<D>::pressed(upper, lower);
     // The contactor overhangs the end of the target by this length.
     let count = scene.mesh.points.len();
     for element in (0..scene.mesh.element_count()).filter(|&e| scene.mesh.body[e] == 1) {
@@ -299,7 +311,7 @@ fn presses_evenly<const D: usize>(upper: ElementKind, lower: ElementKind, shift:
     assert!((up / (pressure * covered) - 1.0).abs() < 1e-12, "{upper} on {lower}: {up:e}");
 }
 
-fn is_upper<const D: usize>(scene: &Scene<D>, node: usize) -> bool {
+fn is_upper<const D: usize>(scene: &PairScene<D>, node: usize) -> bool {
     (0..scene.mesh.element_count())
         .any(|e| scene.mesh.body[e] == 1 && scene.mesh.element_nodes(e).contains(&(node as u32)))
 }
@@ -333,7 +345,7 @@ fn flat_surfaces_press_evenly() {
 fn forces_are_smooth_along_a_slide() {
     fn roughness<const D: usize>(steps: usize) -> f64 {
         let kind = if D == 2 { ElementKind::Quad4 } else { ElementKind::Hex8 };
-        let mut scene = Scene::<D>::pressed(kind, kind);
+        let mut scene = PairScene::<D>::pressed(kind, kind);
         scene.u = scatter(scene.u.len(), 5).iter().map(|u| u * 0.01).collect();
         let start = scene.u.clone();
         let force = |part: f64| {
@@ -359,7 +371,7 @@ fn forces_are_smooth_along_a_slide() {
 }
 
 /// Energy that the vertices store at the displacements `u`: area times potential.
-pub fn stored_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
+pub fn stored_energy<const D: usize>(scene: &PairScene<D>, u: &[f64]) -> f64 {
     let mut at = scene.clone();
     at.u = u.to_vec();
     at.evaluate(&ContactRequest::default());
@@ -368,7 +380,7 @@ pub fn stored_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
 
 pub fn conserves<const D: usize>(upper: ElementKind, lower: ElementKind, law: ContactLaw, size: f64) {
     let what = format!("{upper} on {lower}, motion {size}");
-    let mut scene = Scene::<D>::bent(upper, lower, law);
+    let mut scene = PairScene::<D>::bent(upper, lower, law);
     scene.contact.area = AreaKind::Reference;
     let step = scatter(scene.u.len(), 11);
     scene.u_start = scene.u.iter().zip(&step).map(|(u, d)| u - 0.5 * size * d).collect();
@@ -422,13 +434,13 @@ fn forces_over_a_step_conserve_energy_and_momentum() {
 }
 
 fn error_of_bent<const D: usize>(kind: ElementKind, law: ContactLaw, bend: f64, terms: Terms) -> f64 {
-    let mut scene = Scene::<D>::bent(kind, kind, law);
+    let mut scene = PairScene::<D>::bent(kind, kind, law);
     scene.u.iter_mut().for_each(|u| *u *= bend);
     error_over_step(scene, terms)
 }
 
 /// Error of the matrix over a step in one direction, relative to the derivative of the force.
-pub fn error_over_step<const D: usize>(mut scene: Scene<D>, terms: Terms) -> f64 {
+pub fn error_over_step<const D: usize>(mut scene: PairScene<D>, terms: Terms) -> f64 {
     scene.contact.area = AreaKind::Reference;
     scene.v.fill(0.0);
     let step = scatter(scene.u.len(), 11);
@@ -475,7 +487,7 @@ fn a_sliver_deeper_than_long_does_not_press() {
     let force = |sunk: f64| -> f64 {
         let upper = block(ElementKind::Quad4, [0.0, 1.0], [0.0, 1.0], 2);
         let lower = block(ElementKind::Quad4, [-1.0, 0.001], [-1.0, sunk], 2);
-        let mut scene = Scene::<2>::new(upper, lower);
+        let mut scene = PairScene::<2>::new(upper, lower);
         scene.evaluate(&ContactRequest::default());
         scene.state.current.iter().map(|point| point.area * point.normal_traction).sum()
     };
@@ -499,7 +511,7 @@ fn a_sliver_deeper_than_long_has_no_depth() {
         let top = ["a.top", "b.top"].map(|set| lower.facet_sets[set].clone()).concat();
         lower.facet_sets.insert("top".to_owned(), top);
         let upper = block(ElementKind::Quad4, [0.0, 1.0], [0.0, 1.0], 2);
-        let mut scene = Scene::<2>::new(upper, lower);
+        let mut scene = PairScene::<2>::new(upper, lower);
         scene.evaluate(&ContactRequest::default());
         scene.state.current.iter().map(|point| point.sunk).fold(0.0, f64::max)
     };
@@ -517,7 +529,7 @@ fn what_is_covered_presses_however_deep() {
     for sunk in [0.05, 0.1, 0.2] {
         let upper = block(ElementKind::Quad4, [0.0, 1.0], [0.0, 1.0], 20);
         let lower = block(ElementKind::Quad4, [-0.5, 1.5], [-1.0, sunk], 33);
-        let mut scene = Scene::<2>::new(upper, lower);
+        let mut scene = PairScene::<2>::new(upper, lower);
         scene.evaluate(&ContactRequest::default());
         let points = &scene.state.current;
         assert!(points.iter().all(|point| (point.gap + sunk).abs() < 1e-12), "{sunk}");

@@ -3,7 +3,9 @@
 use super::free_tests;
 use super::moving_tests::motion;
 use super::obstacle_tests::size;
-use super::tests::{CONTACT_TERMS, SHIFT, Scene, conserves, error_over_step, is_consistent, rate, regimes};
+use super::tests::{
+    CONTACT_TERMS, PairScene, SHIFT, conserves, error_over_step, is_consistent, rate, regimes,
+};
 use super::*;
 use crate::contact::damping::{ActiveDamping, ContactDamping, HuntCrossley, Kelvin, NormalDamping};
 use crate::contact::obstacle::sample_shapes;
@@ -35,7 +37,7 @@ fn laws() -> Vec<ContactLaw> {
     friction.flat_map(|law| dampings().map(|damping| ContactLaw { damping, ..law })).collect()
 }
 
-impl<const D: usize> Scene<D> {
+impl<const D: usize> PairScene<D> {
     /// The scene whose points were open at the start of the step.
     fn closing(mut self) -> Self {
         self.state.history.iter_mut().for_each(|history| history.gap = 0.03);
@@ -49,8 +51,8 @@ impl<const D: usize> Scene<D> {
 #[test]
 fn the_damped_tangent_between_bodies_is_the_derivative() {
     for law in laws() {
-        let plane = Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad9, law);
-        let space = Scene::<3>::bent(ElementKind::Hex8, ElementKind::Tet4, law);
+        let plane = PairScene::<2>::bent(ElementKind::Quad4, ElementKind::Quad9, law);
+        let space = PairScene::<3>::bent(ElementKind::Hex8, ElementKind::Tet4, law);
         is_consistent(&plane, &format!("{law:?}"));
         is_consistent(&plane.clone().closing(), &format!("closing, {law:?}"));
         is_consistent(&space, &format!("in space, {law:?}"));
@@ -70,7 +72,7 @@ fn the_damped_tangent_over_rigid_bodies_is_the_derivative() {
     fn shapes<const D: usize>(kind: ElementKind) {
         for obstacle in sample_shapes::<D>() {
             for law in laws().into_iter().step_by(3) {
-                let scene = Scene::<D>::bent_over(&obstacle, kind, law);
+                let scene = PairScene::<D>::bent_over(&obstacle, kind, law);
                 is_consistent(&scene, "at rest");
                 is_consistent(&scene.clone().closing(), "closing");
                 is_consistent(&scene.clone().moving(&motion(0.02), [0.0, 0.05], None), "moving");
@@ -86,7 +88,7 @@ fn the_damped_tangent_over_rigid_bodies_is_the_derivative() {
 #[test]
 fn damped_terms_add_up() {
     for law in laws() {
-        let scene = Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, law);
+        let scene = PairScene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, law);
         let whole = scene.matrix(Terms::ALL);
         let mut sum = vec![0.0; whole.len()];
         for terms in CONTACT_TERMS.into_iter().chain([Terms::NORMAL_DAMPING]) {
@@ -102,7 +104,7 @@ fn damped_terms_add_up() {
 #[test]
 fn damping_opposes_the_motion() {
     for law in laws() {
-        let mut scene = Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law);
+        let mut scene = PairScene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law);
         let undamped = ContactRequest { damping: ActiveDamping::Off, ..ContactRequest::default() };
         let still = scene.clone().evaluate(&undamped).force;
         scene.evaluate(&ContactRequest::default());
@@ -139,7 +141,7 @@ fn the_damped_matrix_over_a_step_is_near_the_derivative() {
     for damping in &dampings()[..2] {
         let law = ContactLaw { damping: *damping, ..penalty(None) };
         let flat = |terms| {
-            let mut scene = Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, law);
+            let mut scene = PairScene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, law);
             scene.u.fill(0.0);
             error_over_step(scene, terms)
         };
@@ -153,7 +155,7 @@ fn the_damped_matrix_over_a_step_is_near_the_derivative() {
 fn heat_is_traction_times_path() {
     let damping = dampings()[3];
     let law = ContactLaw { damping, ..penalty(None) };
-    let mut scene = Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, law);
+    let mut scene = PairScene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, law);
     let count = scene.u.len();
     scene.v = scatter(count, 3).iter().map(|v| 0.1 * v).collect();
     scene.u.fill(0.0);

@@ -3,7 +3,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::tests::{Scene, regimes};
+use super::tests::{PairScene, regimes};
 use super::*;
 use crate::contact::obstacle::sample_shapes;
 use crate::contact::pair_scene::{coulomb, penalty};
@@ -16,7 +16,7 @@ use crate::tensor::Tensor;
 /// Displacement, rotation and their rates of the body, by size.
 const MOTION: f64 = 0.02;
 
-impl<const D: usize> Scene<D> {
+impl<const D: usize> PairScene<D> {
     /// The scene over the same shape as a free body, whose two nodes are the last ones.
     pub fn over_free_body(mut self) -> Self {
         let ContactTarget::Obstacle(RigidTarget { shape, .. }) = &self.contact.target else { panic!() };
@@ -77,7 +77,7 @@ fn body<const D: usize>() -> FreeRigid<D> {
     }
 }
 
-pub fn check<const D: usize>(scene: &Scene<D>, shift: f64, what: &str) {
+pub fn check<const D: usize>(scene: &PairScene<D>, shift: f64, what: &str) {
     let total = scene.u.len();
     let selection = TermSelection { terms: Terms::ALL, velocity_shift: shift, joint: None };
     let request = ContactRequest { stiffness: Some(selection), ..ContactRequest::default() };
@@ -103,11 +103,11 @@ pub fn check<const D: usize>(scene: &Scene<D>, shift: f64, what: &str) {
 fn the_tangent_with_a_free_body_is_the_derivative() {
     fn shapes<const D: usize>(kind: ElementKind) {
         for obstacle in sample_shapes::<D>() {
-            let plain = Scene::<D>::bent_over(&obstacle, kind, penalty(None)).over_free_body();
+            let plain = PairScene::<D>::bent_over(&obstacle, kind, penalty(None)).over_free_body();
             check(&plain, 3.0, "frictionless");
             for regularization in regimes() {
                 let law = penalty(Some(coulomb(0.7, regularization)));
-                let scene = Scene::<D>::bent_over(&obstacle, kind, law).over_free_body();
+                let scene = PairScene::<D>::bent_over(&obstacle, kind, law).over_free_body();
                 check(&scene, 3.0, "with friction");
             }
         }
@@ -122,7 +122,7 @@ fn the_tangent_with_a_free_body_is_the_derivative() {
 fn the_tangent_of_a_fast_body_is_the_derivative() {
     for obstacle in sample_shapes::<3>() {
         let law = penalty(Some(coulomb(0.7, regimes()[0])));
-        let mut scene = Scene::<3>::bent_over(&obstacle, ElementKind::Hex8, law).over_free_body();
+        let mut scene = PairScene::<3>::bent_over(&obstacle, ElementKind::Hex8, law).over_free_body();
         let first = scene.u.len() - 6;
         scene.v[first..].iter_mut().for_each(|rate| *rate *= 200.0);
         check(&scene.placed(), 3.0, "fast");
@@ -135,7 +135,7 @@ fn the_tangent_of_a_fast_body_is_the_derivative() {
 fn the_force_on_the_body_is_the_reaction() {
     for obstacle in sample_shapes::<3>() {
         let law = penalty(Some(coulomb(0.7, regimes()[0])));
-        let mut scene = Scene::<3>::bent_over(&obstacle, ElementKind::Hex8, law).over_free_body();
+        let mut scene = PairScene::<3>::bent_over(&obstacle, ElementKind::Hex8, law).over_free_body();
         let force = scene.evaluate(&ContactRequest::default()).force;
         let first = scene.u.len() - 6;
         let vector = |k: usize| Vector3::from_column_slice(&force[k..k + 3]);

@@ -4,7 +4,7 @@
 use std::rc::Rc;
 
 use super::obstacle_tests::{SPACE_KINDS, check, held_energy, size};
-use super::tests::{Scene, error_over_step, regimes, stored_energy};
+use super::tests::{PairScene, error_over_step, regimes, stored_energy};
 use super::*;
 use crate::contact::obstacle::{Shape, sample_shapes};
 use crate::contact::pair_scene::{coulomb, penalty};
@@ -49,7 +49,7 @@ fn carried<const D: usize>(motion: &BodyMotion<D>, time: f64, x: &Vector<D>) -> 
     motion.centre + shift + rotation::<D>(value(&motion.angle)) * (x - motion.centre)
 }
 
-impl<const D: usize> Scene<D> {
+impl<const D: usize> PairScene<D> {
     /// The scene over the same shape in motion, placed for a step between these times.
     pub fn moving(mut self, motion: &BodyMotion<D>, times: [f64; 2], over: Option<f64>) -> Self {
         let ContactTarget::Obstacle(RigidTarget { shape, .. }) = &self.contact.target else { panic!() };
@@ -100,7 +100,7 @@ fn the_tangent_over_a_moving_body_is_the_derivative() {
             for regularization in regimes() {
                 let law = penalty(Some(coulomb(0.7, regularization)));
                 let scene =
-                    Scene::<D>::bent_over(&obstacle, kind, law).moving(&motion(scale), [0.0, 0.05], None);
+                    PairScene::<D>::bent_over(&obstacle, kind, law).moving(&motion(scale), [0.0, 0.05], None);
                 check(&scene, &ContactRequest::default(), "moving");
             }
         }
@@ -113,7 +113,7 @@ fn the_tangent_over_a_moving_body_is_the_derivative() {
     for obstacle in sample_shapes::<2>() {
         let law = penalty(Some(coulomb(0.7, regimes()[2])));
         let scene =
-            Scene::<2>::bent_over(&obstacle, ElementKind::Quad4, law).moving(&fast, [0.0, 1e-4], None);
+            PairScene::<2>::bent_over(&obstacle, ElementKind::Quad4, law).moving(&fast, [0.0, 1e-4], None);
         check(&scene, &ContactRequest::default(), "fast");
     }
 }
@@ -128,7 +128,7 @@ fn a_common_motion_changes_nothing() {
         for obstacle in sample_shapes::<D>() {
             for regularization in regimes() {
                 let law = penalty(Some(coulomb(0.7, regularization)));
-                let mut rest = Scene::<D>::bent_over(&obstacle, kind, law);
+                let mut rest = PairScene::<D>::bent_over(&obstacle, kind, law);
                 let mut moving = rest.clone().carried(&motion, times);
                 let [still, force] =
                     [&mut rest, &mut moving].map(|scene| scene.evaluate(&ContactRequest::default()).force);
@@ -166,7 +166,7 @@ fn a_common_motion_changes_nothing() {
 }
 
 /// The size against which a force is compared: that of all contact forces.
-fn flat<const D: usize>(scene: &Scene<D>, _: Vector<D>) -> Vec<f64> {
+fn flat<const D: usize>(scene: &PairScene<D>, _: Vector<D>) -> Vec<f64> {
     scene.state.current.iter().map(|point| point.area * (point.normal_traction + point.bound)).collect()
 }
 
@@ -179,7 +179,7 @@ fn a_body_that_carries_a_block_along_makes_no_slip() {
         let times = [0.4, 0.7];
         for obstacle in sample_shapes::<D>() {
             let law = penalty(Some(coulomb(0.7, regimes()[3])));
-            let mut rest = Scene::<D>::bent_over(&obstacle, kind, law);
+            let mut rest = PairScene::<D>::bent_over(&obstacle, kind, law);
             // At the start of the step the block has the shape that it has at the end.
             rest.evaluate(&ContactRequest::default());
             rest.state.accept(1e-3);
@@ -233,7 +233,7 @@ fn conserves<const D: usize>(
     let motion = motion::<D>(scale);
     let times = [0.0, 0.05];
     let dt = times[1] - times[0];
-    let mut scene = Scene::<D>::bent_over(obstacle, kind, law);
+    let mut scene = PairScene::<D>::bent_over(obstacle, kind, law);
     scene.contact.area = AreaKind::Reference;
     let step: Vec<f64> = scatter(scene.u.len(), 11).iter().map(|d| 1e-3 * d).collect();
     scene.u_start = scene.u.iter().zip(&step).map(|(u, d)| u - 0.5 * d).collect();
@@ -276,12 +276,12 @@ fn the_matrix_over_a_step_on_a_moving_body_is_near_the_derivative() {
             *worst = worst.max(error);
         };
         for obstacle in sample_shapes::<2>() {
-            let scene = Scene::<2>::bent_over(&obstacle, ElementKind::Quad4, law);
+            let scene = PairScene::<2>::bent_over(&obstacle, ElementKind::Quad4, law);
             let scene = scene.moving(&motion(0.02), [0.0, 0.05], Some(0.05));
             note(obstacle.is_plane(), error_over_step(scene, Terms::ALL));
         }
         for obstacle in sample_shapes::<3>() {
-            let scene = Scene::<3>::bent_over(&obstacle, SPACE_KINDS[0], law);
+            let scene = PairScene::<3>::bent_over(&obstacle, SPACE_KINDS[0], law);
             let scene = scene.moving(&motion(0.02), [0.0, 0.05], Some(0.05));
             note(obstacle.is_plane(), error_over_step(scene, Terms::ALL));
         }
@@ -315,7 +315,7 @@ fn a_first_guess_moves_with_the_body() {
             let law = penalty(Some(coulomb(0.7, regimes()[3])));
             // The body does not rotate: forces keep their direction.
             let motion = BodyMotion { angle: Function::constant(0.0).into(), ..motion(1.0) };
-            let scene = Scene::<D>::bent_over(&obstacle, kind, law);
+            let scene = PairScene::<D>::bent_over(&obstacle, kind, law);
             let at_end = |time: f64| {
                 let mut moved = scene.clone().moving(&motion, [0.0, time], None);
                 moved.evaluate(&ContactRequest::default()).force

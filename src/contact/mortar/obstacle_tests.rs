@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::super::obstacle::is_lumped;
-use super::tests::{CONTACT_TERMS, Dense, Scene, error_over_step, rate, regimes, stored_energy};
+use super::tests::{CONTACT_TERMS, Dense, PairScene, error_over_step, rate, regimes, stored_energy};
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction};
 use crate::contact::mortar::surface::SharpEdges;
@@ -25,7 +25,7 @@ const PLANE_KINDS: [ElementKind; 2] = [ElementKind::Quad4, ElementKind::Quad9];
 pub const SPACE_KINDS: [ElementKind; 5] =
     [ElementKind::Hex8, ElementKind::Tet4, ElementKind::Hex20, ElementKind::Hex27, ElementKind::Tet10];
 
-impl<const D: usize> Scene<D> {
+impl<const D: usize> PairScene<D> {
     /// The bottom of a block pressed into an obstacle that it faces, at rest.
     fn over(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind) -> Self {
         let middle = Self::middle(&**obstacle);
@@ -98,7 +98,7 @@ pub fn size(values: &[f64]) -> f64 {
 
 /// Checks that the tangent has order two, and that it loses this order without any of its terms
 /// that is not small. Returns the terms that mattered.
-pub fn check<const D: usize>(scene: &Scene<D>, request: &ContactRequest, what: &str) -> Terms {
+pub fn check<const D: usize>(scene: &PairScene<D>, request: &ContactRequest, what: &str) -> Terms {
     let found = rate(scene, Terms::ALL, request);
     let (target, law) = (&scene.contact.target, &scene.contact.law);
     assert!(found > 1.9, "{what} {target:?} {law:?}: order {found}");
@@ -122,11 +122,13 @@ fn every_law<const D: usize>(targets: &[Rc<dyn Shape<D>>], kind: ElementKind) ->
     for target in targets {
         for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
             let law = ContactLaw { normal, ..penalty(None) };
-            seen |= check(&Scene::bent_over(target, kind, law), &ContactRequest::default(), "frictionless");
+            seen |=
+                check(&PairScene::bent_over(target, kind, law), &ContactRequest::default(), "frictionless");
             for own in FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()) {
                 for regularization in regimes() {
                     let law = ContactLaw { normal, ..penalty(Some(Friction { law: own, regularization })) };
-                    seen |= check(&Scene::bent_over(target, kind, law), &ContactRequest::default(), "law");
+                    seen |=
+                        check(&PairScene::bent_over(target, kind, law), &ContactRequest::default(), "law");
                 }
             }
         }
@@ -152,7 +154,7 @@ fn so_is_that_of_every_facet() {
         for &kind in kinds {
             for regularization in [regimes()[1], regimes()[3]] {
                 let law = penalty(Some(coulomb(0.7, regularization)));
-                let mut scene = Scene::bent_over(obstacle, kind, law);
+                let mut scene = PairScene::bent_over(obstacle, kind, law);
                 assert!(check(&scene, &ContactRequest::default(), kind.name()).contains(Terms::ZONE_CHANGE));
                 scene.contact.area = AreaKind::Reference;
                 assert!(!check(&scene, &ContactRequest::default(), kind.name()).contains(Terms::ZONE_CHANGE));
@@ -170,10 +172,10 @@ fn upright_facets_do_not_press() {
     let force = |degrees: f64, kind: ElementKind| {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         let plane: Rc<dyn Shape<2>> = Rc::new(Plane::new(Vector::zeros(), Vector::<2>::new(sine, cosine)));
-        let mut scene = Scene::standing(&plane, kind, Vector::<2>::y());
+        let mut scene = PairScene::standing(&plane, kind, Vector::<2>::y());
         let still = size(&scene.evaluate(&ContactRequest::default()).force);
         if still > 0.0 {
-            let bent = Scene::bent_over(&plane, kind, penalty(Some(coulomb(0.7, regimes()[1]))));
+            let bent = PairScene::bent_over(&plane, kind, penalty(Some(coulomb(0.7, regimes()[1]))));
             let found = rate(&bent, Terms::ALL, &ContactRequest::default());
             assert!(found > 1.9, "{kind} at {degrees} degrees: order {found}");
         }
@@ -191,7 +193,7 @@ fn upright_facets_do_not_press() {
 fn the_tangent_over_a_plane_is_symmetric() {
     for obstacle in sample_shapes::<3>().into_iter().filter(|obstacle| obstacle.is_plane()) {
         for kind in SPACE_KINDS {
-            let mut scene = Scene::bent_over(&obstacle, kind, penalty(None));
+            let mut scene = PairScene::bent_over(&obstacle, kind, penalty(None));
             scene.contact.area = AreaKind::Reference;
             let (matrix, total) = (scene.matrix(Terms::ALL), scene.u.len());
             let skew = (0..total * total).map(|i| (matrix[i] - matrix[i % total * total + i / total]).abs());
@@ -205,7 +207,7 @@ fn the_tangent_over_a_plane_is_symmetric() {
 #[test]
 fn a_corner_on_a_plane_keeps_to_itself() {
     let plane: Rc<dyn Shape<3>> = Rc::new(Plane::new(Vector::zeros(), Vector::<3>::new(0.3, 0.0, 1.0)));
-    let mut scene = Scene::standing(&plane, ElementKind::Hex8, Vector::<3>::z());
+    let mut scene = PairScene::standing(&plane, ElementKind::Hex8, Vector::<3>::z());
     let Dense { force, .. } = scene.evaluate(&ContactRequest::default());
     let mut open = 0;
     for (vertex, point) in scene.state.current.iter().enumerate() {
@@ -226,8 +228,8 @@ fn a_corner_on_a_plane_keeps_to_itself() {
 #[test]
 fn gaps_are_known_at_any_distance() {
     for obstacle in sample_shapes::<2>() {
-        let mut scene = Scene::<2>::over(&obstacle, ElementKind::Quad4);
-        let normal = obstacle.proximity(&Scene::middle(&*obstacle)).normal;
+        let mut scene = PairScene::<2>::over(&obstacle, ElementKind::Quad4);
+        let normal = obstacle.proximity(&PairScene::middle(&*obstacle)).normal;
         let away = if obstacle.is_plane() { 5.0 } else { 0.1 };
         scene
             .u
@@ -249,7 +251,7 @@ fn gaps_are_known_at_any_distance() {
 fn stages_have_consistent_tangents() {
     let law = penalty(Some(coulomb(0.7, regimes()[0])));
     for obstacle in sample_shapes::<2>() {
-        let mut scene = Scene::bent_over(&obstacle, ElementKind::Quad4, law);
+        let mut scene = PairScene::bent_over(&obstacle, ElementKind::Quad4, law);
         scene.evaluate(&ContactRequest::default());
         let live = scene.evaluate(&ContactRequest::default()).force;
         scene.state.freeze(Keep::Pressure);
@@ -275,7 +277,7 @@ fn stages_have_consistent_tangents() {
 }
 
 /// Energy that elastic stick had stored at the start, on the areas at these displacements \[J\].
-pub fn held_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
+pub fn held_energy<const D: usize>(scene: &PairScene<D>, u: &[f64]) -> f64 {
     let mut at = scene.clone();
     at.u = u.to_vec();
     at.evaluate(&ContactRequest::default());
@@ -286,7 +288,7 @@ pub fn held_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
 
 fn conserves<const D: usize>(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law: ContactLaw, motion: f64) {
     let what = format!("{kind} on {obstacle:?}, motion {motion}");
-    let mut scene = Scene::<D>::bent_over(obstacle, kind, law);
+    let mut scene = PairScene::<D>::bent_over(obstacle, kind, law);
     scene.contact.area = AreaKind::Reference;
     let step = scatter(scene.u.len(), 11);
     scene.u_start = scene.u.iter().zip(&step).map(|(u, d)| u - 0.5 * motion * d).collect();
@@ -341,12 +343,13 @@ fn the_matrix_over_a_step_on_obstacles_is_near_the_derivative() {
         let mut worst = [0.0_f64; 2];
         for obstacle in sample_shapes::<2>() {
             let error =
-                error_over_step(Scene::<2>::bent_over(&obstacle, ElementKind::Quad4, law), Terms::ALL);
+                error_over_step(PairScene::<2>::bent_over(&obstacle, ElementKind::Quad4, law), Terms::ALL);
             let round = usize::from(!obstacle.is_plane());
             worst[round] = worst[round].max(error);
         }
         for obstacle in sample_shapes::<3>() {
-            let error = error_over_step(Scene::<3>::bent_over(&obstacle, ElementKind::Hex8, law), Terms::ALL);
+            let error =
+                error_over_step(PairScene::<3>::bent_over(&obstacle, ElementKind::Hex8, law), Terms::ALL);
             let round = usize::from(!obstacle.is_plane());
             worst[round] = worst[round].max(error);
         }
@@ -362,7 +365,7 @@ fn springs_on_a_plane_are_the_terms() {
     for obstacle in sample_shapes::<3>().into_iter().filter(|obstacle| obstacle.is_plane()) {
         for (law, over_step) in [(penalty(None), false), (stick, false), (penalty(None), true), (stick, true)]
         {
-            let mut scene = Scene::<3>::bent_over(&obstacle, ElementKind::Hex8, law);
+            let mut scene = PairScene::<3>::bent_over(&obstacle, ElementKind::Hex8, law);
             scene.contact.area = AreaKind::Reference;
             scene.u_start.clone_from(&scene.u);
             let request = ContactRequest { over_step, ..ContactRequest::default() };

@@ -7,13 +7,13 @@ use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 
 /// Rows of equal length. Each one is padded with zeros to full lanes.
 #[derive(Debug, Default)]
-pub(super) struct Rows {
+pub(super) struct PaddedRows {
     length: usize,
     stride: usize,
     values: Vec<f64>,
 }
 
-impl Rows {
+impl PaddedRows {
     /// Removes all rows. The next ones have this length.
     pub fn clear(&mut self, length: usize) {
         self.length = length;
@@ -58,9 +58,9 @@ impl Rows {
 #[derive(Debug, Default)]
 pub(super) struct Products {
     /// The left factors.
-    pub left: Rows,
+    pub left: PaddedRows,
     /// The right factors.
-    pub right: Rows,
+    pub right: PaddedRows,
     sums: Vec<f64>,
     any: bool,
 }
@@ -119,8 +119,8 @@ impl Sums<'_> {
 }
 
 struct AddUp<'a> {
-    left: &'a Rows,
-    right: &'a Rows,
+    left: &'a PaddedRows,
+    right: &'a PaddedRows,
     sums: &'a mut [f64],
 }
 

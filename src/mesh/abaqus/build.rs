@@ -3,7 +3,7 @@
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 
-use super::content::{Content, Face, FaceKind, LEFT_OUT, Member, Solid};
+use super::content::{Content, FaceKind, LEFT_OUT, SetMember, SolidElement, SurfaceLine};
 use super::lines::Deck;
 use super::names::{Names, Scope};
 use super::sets::{self, SetMembers};
@@ -72,7 +72,7 @@ pub(super) fn mesh<const D: usize>(
 
 impl Content {
     /// Indices of the nodes of an element, in the order of its kind.
-    pub(super) fn nodes_of(&self, deck: &Deck, solid: &Solid) -> Result<Vec<u32>> {
+    pub(super) fn nodes_of(&self, deck: &Deck, solid: &SolidElement) -> Result<Vec<u32>> {
         let ids = &self.element_nodes[solid.first..solid.first + solid.kind.nodes()];
         let mut nodes = Vec::with_capacity(ids.len());
         for &id in ids {
@@ -90,7 +90,7 @@ impl Content {
     }
 }
 
-fn error_at(deck: &Deck, solid: &Solid, message: &str) -> Error {
+fn error_at(deck: &Deck, solid: &SolidElement, message: &str) -> Error {
     deck.error_at(solid.place, format!("element {} ({}) {message}", solid.id, solid.kind))
 }
 
@@ -341,16 +341,22 @@ impl Surfaces<'_> {
         Ok(())
     }
 
-    fn member(&self, face: &Face, sets: &Names, number: Option<u32>, what: &str) -> Result<Option<u32>> {
+    fn member(
+        &self,
+        face: &SurfaceLine,
+        sets: &Names,
+        number: Option<u32>,
+        what: &str,
+    ) -> Result<Option<u32>> {
         match &face.member {
-            Member::Number(id) => match number {
+            SetMember::Number(id) => match number {
                 Some(_) => Ok(None),
                 None => {
                     let message = format!("the surface contains {what} {id}, which is not defined");
                     Err(self.deck.error_at(face.place, message).hint("write the input again"))
                 }
             },
-            Member::Set(name) => match sets.find(name, face.scope, self.content.instance()) {
+            SetMember::Set(name) => match sets.find(name, face.scope, self.content.instance()) {
                 Some(set) => Ok(Some(set)),
                 None => {
                     let message = format!("there is no {what} set '{}'", shown(name));
@@ -360,10 +366,10 @@ impl Surfaces<'_> {
         }
     }
 
-    fn nodes(&self, face: &Face) -> Result<Vec<u32>> {
+    fn nodes(&self, face: &SurfaceLine) -> Result<Vec<u32>> {
         let number = match face.member {
-            Member::Number(id) => self.content.nodes.index(id),
-            Member::Set(_) => None,
+            SetMember::Number(id) => self.content.nodes.index(id),
+            SetMember::Set(_) => None,
         };
         let set = self.member(face, &self.content.node_sets, number, "node")?;
         Ok(match (set, number) {
@@ -373,10 +379,10 @@ impl Surfaces<'_> {
     }
 
     /// The elements of the mesh in a line of a surface, in ascending order.
-    fn elements(&self, face: &Face) -> Result<Vec<u32>> {
+    fn elements(&self, face: &SurfaceLine) -> Result<Vec<u32>> {
         let number = match face.member {
-            Member::Number(id) => self.content.elements.index(id),
-            Member::Set(_) => None,
+            SetMember::Number(id) => self.content.elements.index(id),
+            SetMember::Set(_) => None,
         };
         let set = self.member(face, &self.content.element_sets, number, "element")?;
         let of_mesh = |solid: u32| match solid {
@@ -398,7 +404,7 @@ impl Surfaces<'_> {
     fn facet<const D: usize>(
         &self,
         mesh: &Mesh<D>,
-        face: &Face,
+        face: &SurfaceLine,
         element: u32,
         number: usize,
     ) -> Result<Facet> {

@@ -7,7 +7,7 @@ use super::lines::{self, Card, Deck, Item};
 use super::names::{Names, Scope, without_instance};
 use super::types::{self, Class};
 use crate::error::{Result, shown};
-use crate::mesh::numbering::{MAX_NODES, Numbering};
+use crate::mesh::numbering::{FileNumbers, MAX_NODES};
 use crate::mesh::{ElementKind, PlaneState};
 
 /// Index of an element that is not solid.
@@ -19,7 +19,7 @@ const FLAT: &str = "write the input without parts (in Abaqus/CAE: `mdb.models['M
 
 /// What the members of a set are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Target {
+pub(super) enum SetContent {
     Nodes,
     Elements,
 }
@@ -29,14 +29,14 @@ pub(super) enum Target {
 pub(super) struct Content {
     /// State of plane elements.
     plane: PlaneState,
-    pub nodes: Numbering,
+    pub nodes: FileNumbers,
     pub points: Vec<[f64; 3]>,
     pub node_places: Vec<usize>,
     /// All elements, also those that are not solid.
-    pub elements: Numbering,
+    pub elements: FileNumbers,
     /// Index of the solid element, or [`LEFT_OUT`].
     pub solid: Vec<u32>,
-    pub solids: Vec<Solid>,
+    pub solids: Vec<SolidElement>,
     /// Node numbers of all solid elements.
     pub element_nodes: Vec<u64>,
     pub node_sets: Names,
@@ -50,7 +50,7 @@ pub(super) struct Content {
     pub ranges: Vec<NumberRange>,
     /// Sets that are members of other sets.
     pub members: Vec<u32>,
-    pub faces: Vec<Face>,
+    pub faces: Vec<SurfaceLine>,
     /// Kinds of the types whose formulation differs.
     pub variants: BTreeMap<String, ElementKind>,
     /// Numbers of elements of each type that is left out.
@@ -67,7 +67,7 @@ pub(super) struct Content {
 }
 
 /// A solid element.
-pub(super) struct Solid {
+pub(super) struct SolidElement {
     pub id: u64,
     pub kind: ElementKind,
     /// Index of its first node in [`Content::element_nodes`].
@@ -77,15 +77,15 @@ pub(super) struct Solid {
 
 /// Part of a set.
 pub(super) struct SetPart {
-    pub target: Target,
+    pub target: SetContent,
     pub set: u32,
-    pub what: Members,
+    pub what: PartMembers,
     /// Location of its last line.
     pub place: usize,
 }
 
 /// Members of a part of a set.
-pub(super) enum Members {
+pub(super) enum PartMembers {
     /// Nodes or elements by their index in the file.
     Block(Range<u32>),
     /// Numbers, ranges of numbers, and names of sets.
@@ -103,16 +103,16 @@ pub(super) struct NumberRange {
 }
 
 /// A line of an element surface or node surface.
-pub(super) struct Face {
+pub(super) struct SurfaceLine {
     pub surface: u32,
-    pub member: Member,
+    pub member: SetMember,
     pub kind: FaceKind,
     pub place: usize,
     pub scope: Scope,
 }
 
 /// A number, or the name of a set.
-pub(super) enum Member {
+pub(super) enum SetMember {
     Number(u64),
     Set(String),
 }
@@ -159,7 +159,7 @@ struct ElementBlock {
 }
 
 struct SetBlock {
-    target: Target,
+    target: SetContent,
     set: u32,
     form: SetForm,
     numbers: usize,
@@ -226,14 +226,14 @@ impl Content {
                     return refused("cylindrical and spherical coordinates are not read", CARTESIAN);
                 }
                 let set = match card.has("NSET") {
-                    true => Some(self.named(deck, card, "NSET", Target::Nodes)?),
+                    true => Some(self.named(deck, card, "NSET", SetContent::Nodes)?),
                     false => None,
                 };
                 return Ok(Block::Nodes(set, self.points.len() as u32));
             }
             "ELEMENT" => return self.element_block(deck, card, dimension).map(Block::Elements),
-            "NSET" => return self.set_block(deck, card, Target::Nodes).map(Block::Set),
-            "ELSET" => return self.set_block(deck, card, Target::Elements).map(Block::Set),
+            "NSET" => return self.set_block(deck, card, SetContent::Nodes).map(Block::Set),
+            "ELSET" => return self.set_block(deck, card, SetContent::Elements).map(Block::Set),
             "SURFACE" => return self.surface_block(deck, card),
             "PART" => self.part += 1,
             "INSTANCE" => {
@@ -265,14 +265,14 @@ impl Content {
     }
 
     /// The set that a parameter names.
-    fn named(&mut self, deck: &Deck, card: &Card, parameter: &str, target: Target) -> Result<u32> {
+    fn named(&mut self, deck: &Deck, card: &Card, parameter: &str, target: SetContent) -> Result<u32> {
         let name = card.value(parameter).filter(|name| !name.is_empty()).ok_or_else(|| {
             let message = format!("*{} has no name: {parameter}=... is missing", card.name);
             deck.error_at(card.place, message)
         })?;
         let sets = match target {
-            Target::Nodes => &mut self.node_sets,
-            Target::Elements => &mut self.element_sets,
+            SetContent::Nodes => &mut self.node_sets,
+            SetContent::Elements => &mut self.element_sets,
         };
         Ok(sets.declare(name, self.scope, card.has("INTERNAL")))
     }
@@ -325,23 +325,23 @@ impl Content {
             Class::Solid { .. } | Class::Plane(_) | Class::Other => None,
         };
         let set = match card.has("ELSET") {
-            true => Some(self.named(deck, card, "ELSET", Target::Elements)?),
+            true => Some(self.named(deck, card, "ELSET", SetContent::Elements)?),
             false => None,
         };
         let begin = self.solid.len() as u32;
         Ok(ElementBlock { set, begin, name, kind, missing: 0, continues: false })
     }
 
-    fn set_block(&mut self, deck: &Deck, card: &Card, target: Target) -> Result<SetBlock> {
+    fn set_block(&mut self, deck: &Deck, card: &Card, target: SetContent) -> Result<SetBlock> {
         let set = self.named(deck, card, &card.name, target)?;
         let form = match () {
             () if self.scope == Scope::Assembly && !card.has("INSTANCE") => SetForm::NamesOnly,
             () if card.has("GENERATE") => SetForm::Generate,
             () => SetForm::List,
         };
-        if let (Target::Nodes, Some(elements)) = (target, card.value("ELSET")) {
-            let elements = self.member(deck, elements, Target::Elements)?;
-            self.parts.push(SetPart { target, set, what: Members::NodesOf(elements), place: card.place });
+        if let (SetContent::Nodes, Some(elements)) = (target, card.value("ELSET")) {
+            let elements = self.member(deck, elements, SetContent::Elements)?;
+            self.parts.push(SetPart { target, set, what: PartMembers::NodesOf(elements), place: card.place });
         }
         Ok(SetBlock {
             target,
@@ -378,13 +378,13 @@ impl Content {
     }
 
     /// A set that is a member of another one, or gives its nodes.
-    fn member(&self, deck: &Deck, field: &str, target: Target) -> Result<u32> {
+    fn member(&self, deck: &Deck, field: &str, target: SetContent) -> Result<u32> {
         let sets = match target {
-            Target::Nodes => &self.node_sets,
-            Target::Elements => &self.element_sets,
+            SetContent::Nodes => &self.node_sets,
+            SetContent::Elements => &self.element_sets,
         };
         sets.find(field, self.scope, self.instance()).ok_or_else(|| {
-            let of = if target == Target::Nodes { "node" } else { "element" };
+            let of = if target == SetContent::Nodes { "node" } else { "element" };
             let message = format!("there is no {of} set '{}' above this line", shown(lines::name(field)));
             let cure = format!("define a set before the sets that contain it; {}", sets.cure());
             deck.error(message).hint(&cure)
@@ -454,7 +454,7 @@ impl Content {
                 Some(kind) => {
                     block.missing = kind.nodes();
                     let first = self.element_nodes.len();
-                    self.solids.push(Solid { id, kind, first, place: deck.place() });
+                    self.solids.push(SolidElement { id, kind, first, place: deck.place() });
                     (self.solids.len() - 1) as u32
                 }
             });
@@ -542,11 +542,11 @@ impl Content {
                 let cure = "name a set, or write `instance.number`";
                 return Err(deck.error("a number in a surface of the assembly").hint(cure));
             }
-            Some(id) => Member::Number(id),
+            Some(id) => SetMember::Number(id),
             None if field.is_empty() => return Err(deck.error("expected a set or a number, found nothing")),
-            None => Member::Set(field.to_owned()),
+            None => SetMember::Set(field.to_owned()),
         };
-        self.faces.push(Face { surface, member, kind: face, place: deck.place(), scope: self.scope });
+        self.faces.push(SurfaceLine { surface, member, kind: face, place: deck.place(), scope: self.scope });
         Ok(())
     }
 
@@ -555,8 +555,8 @@ impl Content {
         let place = deck.place();
         match block {
             Block::Nodes(Some(set), begin) => {
-                let what = Members::Block(*begin..self.points.len() as u32);
-                self.parts.push(SetPart { target: Target::Nodes, set: *set, what, place });
+                let what = PartMembers::Block(*begin..self.points.len() as u32);
+                self.parts.push(SetPart { target: SetContent::Nodes, set: *set, what, place });
             }
             Block::Elements(block) => {
                 if block.missing > 0 {
@@ -566,12 +566,12 @@ impl Content {
                     return Err(deck.error_at(place, message).hint("save or copy the mesh again"));
                 }
                 if let Some(set) = block.set {
-                    let what = Members::Block(block.begin..self.solid.len() as u32);
-                    self.parts.push(SetPart { target: Target::Elements, set, what, place });
+                    let what = PartMembers::Block(block.begin..self.solid.len() as u32);
+                    self.parts.push(SetPart { target: SetContent::Elements, set, what, place });
                 }
             }
             Block::Set(block) => {
-                let what = Members::Listed {
+                let what = PartMembers::Listed {
                     numbers: block.numbers..self.listed.len(),
                     ranges: block.ranges..self.ranges.len(),
                     sets: block.members..self.members.len(),

@@ -1,6 +1,6 @@
 //! Members of the sets of a file.
 
-use super::content::{Content, LEFT_OUT, Members, NumberRange, SetPart, Target};
+use super::content::{Content, LEFT_OUT, NumberRange, PartMembers, SetContent, SetPart};
 use super::lines::Deck;
 use crate::error::{Error, Result};
 
@@ -32,7 +32,7 @@ fn sorted(ids: &[u64]) -> Vec<u32> {
 pub(super) fn resolve(deck: &Deck, content: &Content) -> Result<SetMembers> {
     let mut budget = MEMBERS_EACH * (content.points.len() + content.solid.len()) + content.listed.len();
     let mut elements = vec![Vec::new(); content.element_sets.list.len()];
-    for part in content.parts.iter().filter(|part| part.target == Target::Elements) {
+    for part in content.parts.iter().filter(|part| part.target == SetContent::Elements) {
         let mut found = members(deck, content, part, &elements, &[], &mut budget)?;
         elements[part.set as usize].append(&mut found);
     }
@@ -41,7 +41,7 @@ pub(super) fn resolve(deck: &Deck, content: &Content) -> Result<SetMembers> {
         set.dedup();
     }
     let mut nodes = vec![Vec::new(); content.node_sets.list.len()];
-    for part in content.parts.iter().filter(|part| part.target == Target::Nodes) {
+    for part in content.parts.iter().filter(|part| part.target == SetContent::Nodes) {
         let mut found = members(deck, content, part, &nodes, &elements, &mut budget)?;
         nodes[part.set as usize].append(&mut found);
     }
@@ -77,16 +77,16 @@ fn members(
         Ok(())
     };
     let (numbering, what) = match part.target {
-        Target::Nodes => (&content.nodes, "node"),
-        Target::Elements => (&content.elements, "element"),
+        SetContent::Nodes => (&content.nodes, "node"),
+        SetContent::Elements => (&content.elements, "element"),
     };
     let mut found = Vec::new();
     match &part.what {
-        Members::Block(block) => {
+        PartMembers::Block(block) => {
             spend(block.len())?;
             found.extend(block.clone());
         }
-        Members::NodesOf(set) => {
+        PartMembers::NodesOf(set) => {
             for &element in &elements[*set as usize] {
                 let Some(solid) = content.solids.get(content.solid[element as usize] as usize) else {
                     continue;
@@ -95,7 +95,7 @@ fn members(
                 found.extend(content.nodes_of(deck, solid)?);
             }
         }
-        Members::Listed { numbers, ranges, sets } => {
+        PartMembers::Listed { numbers, ranges, sets } => {
             spend(numbers.len())?;
             for at in numbers.clone() {
                 let id = content.listed[at];

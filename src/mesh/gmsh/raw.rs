@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::input::GmshInput;
 use crate::error::{Error, Result};
 use crate::mesh::ElementKind;
-use crate::mesh::numbering::{MAX_NODES, Numbering};
+use crate::mesh::numbering::{FileNumbers, MAX_NODES};
 
 /// Point element of MSH files.
 const POINT: i32 = 15;
@@ -14,7 +14,7 @@ const POINT: i32 = 15;
 /// Content of a file, with the numbers used in the file.
 #[derive(Default)]
 pub(super) struct Raw {
-    nodes: Numbering,
+    nodes: FileNumbers,
     pub points: Vec<[f64; 3]>,
     /// Location of each node in the file.
     pub node_places: Vec<usize>,
