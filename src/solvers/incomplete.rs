@@ -175,7 +175,7 @@ impl<const D: usize> Incomplete<D> {
         Self { lower, upper, inverses: vec![[[0.0; D]; D]; count] }
     }
 
-    /// Factorises the matrix with the blocks `block(k)`, `k` as in [`Rows::columns`] of the rows
+    /// Factorises the matrix with the blocks `block(k)`, `k` as in [`FactorPattern::columns`] of the rows
     /// for which the factors were created.
     pub fn factorise(&mut self, block: impl Fn(usize) -> Block<D>) {
         dispatch(Factorise { factors: self, block });

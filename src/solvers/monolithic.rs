@@ -77,9 +77,7 @@ pub struct Monolithic {
     free: FreeMotions,
     /// Forces that hold motions although something resists them.
     carried: HeldMotions,
-    /// Number of free motions at the iterate with the fewest free motions, and the motion that was
-    /// driven there.
-    firmest: (usize, Option<Driven>),
+    firmest: Option<Firmest>,
     /// Krylov iterations of the initial guess of the next solve, and those within preconditioners.
     ahead: [u32; 2],
 }
@@ -91,6 +89,17 @@ struct MonolithicState {
     forcing: Forcing,
     tangent: KeptTangentState,
     linear: LinearState,
+}
+
+/// The iterate with the fewest free motions, and among these the one nearest to balance: what drives
+/// a motion in an iterate that diverges says nothing about the scene.
+struct Firmest {
+    /// Number of free motions.
+    free: usize,
+    /// Norm of the residual \[N\].
+    residual: f64,
+    /// The motion that was driven there.
+    driven: Option<Driven>,
 }
 
 /// Position of the next iterate along a correction.
@@ -127,8 +136,6 @@ impl Monolithic {
     /// Forces along a free motion up to this part of the tolerance count as zero. Even their sum
     /// does not prevent convergence.
     const NO_FORCE: f64 = 0.1;
-    /// Initial value before the first iterate, worse than any other.
-    const NOT_HELD: (usize, Option<Driven>) = (usize::MAX, None);
     /// Tightest tolerance of a linear solve for a predicted residual, unless all tolerances are
     /// tighter.
     const PREDICTED: f64 = 1e-12;
@@ -152,7 +159,7 @@ impl Monolithic {
             origin: pattern.like()?,
             free: FreeMotions::default(),
             carried: HeldMotions::default(),
-            firmest: Self::NOT_HELD,
+            firmest: None,
             ahead: [0; 2],
         })
     }
@@ -208,11 +215,12 @@ impl Monolithic {
         stage: &mut Stage,
         watch: impl FnMut(&IterationReport),
     ) -> Result<Outcome> {
-        (self.free, self.firmest) = (FreeMotions::default(), Self::NOT_HELD);
+        (self.free, self.firmest) = (FreeMotions::default(), None);
         // The pressure is linearised at the state from which a linear solve made the initial guess, if any.
         let outcome = self.iterate(system, stage, watch)?;
         system.linearise_pressure(None);
-        Ok(match (outcome, &self.firmest.1) {
+        let driven = self.firmest.as_ref().and_then(|firmest| firmest.driven.as_ref());
+        Ok(match (outcome, driven) {
             (Outcome::Failed(report, reason), Some(driven)) => {
                 let report = SolveReport { driven: true, ..report };
                 Outcome::Failed(report, format!("{reason}; {}", driven.describe()))
@@ -428,8 +436,11 @@ impl Monolithic {
             return Ok(());
         }
         self.free = FreeMotions::find(system, stage, &self.rhs, allowed)?;
-        if self.free.free <= self.firmest.0 && allowed.is_finite() {
-            self.firmest = (self.free.free, self.free.driven.clone());
+        let free = self.free.free;
+        let residual = self.rhs.norm()?;
+        let firmer = |best: &Firmest| free < best.free || (free == best.free && residual <= best.residual);
+        if allowed.is_finite() && self.firmest.as_ref().is_none_or(firmer) {
+            self.firmest = Some(Firmest { free, residual, driven: self.free.driven.clone() });
         }
         self.free.clear_force(&mut self.rhs)
     }
