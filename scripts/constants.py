@@ -6,7 +6,8 @@ builds it, and runs scenes with each constant at 0.5 and at 2 times its value. A
 only for constants that its normal run reads. Writes docs/developer/constants.md.
 
 usage: scripts/constants.py [--scratch FOLDER] [FILE::NAME ...]      default: all tuned constants
-The scratch folder keeps build and results, so that a study that was ended continues. Takes hours.
+The scratch folder keeps build and results, so that a study that was ended continues. All constants
+take hours. With `--page`, chosen constants get new rows and the others keep theirs.
 Needs PyYAML.
 """
 import argparse
@@ -314,29 +315,40 @@ def effect(done, constant, factor):
     return "; ".join(words)
 
 
+HEAD = "| Constant | Value | Scenes | Half of it | Twice | Measured |"
+
+
+def known_rows():
+    """Rows of the page by constant, as they were measured before."""
+    rows = [line for line in PAGE.read_text().splitlines() if line.startswith("| `")] if PAGE.exists() else []
+    return {row.split("`")[1]: row for row in rows}
+
+
 def page(done, names):
-    """The table of all constants."""
+    """The table of all constants. One that was not measured now keeps its row if its value is the same."""
     lines = ["<!-- Written by scripts/constants.py. -->", "", "# Tuned constants", "", INTRODUCTION, ""]
-    values = {}
-    for file, name in names:
-        match = re.search(rf"const {name}: \w+ = ([^;]+);", (ROOT / file).read_text())
-        values[file, name] = " ".join(match[1].split()) if match else "-"
+    before = known_rows()
     folder = None
     unread, unmeasured = [], []
     for file, name in names:
         constant = f"{file}::{name}"
+        short = constant.removeprefix("src/")
+        match = re.search(rf"const {name}: \w+ = ([^;]+);", (ROOT / file).read_text())
+        value = " ".join(match[1].split()) if match else "-"
         scenes = sorted({scene for (scene, known, _) in done if known == constant})
-        if not scenes:
+        if scenes:
+            half, twice = effect(done, constant, 0.5), effect(done, constant, 2.0)
+            row = f"| `{short}` | {value} | {len(scenes)} | {half} | {twice} | {datetime.date.today()} |"
+        elif short in before and before[short].split(" | ")[1] == value:
+            row = before[short]
+        else:
             read = any(constant in entry.get("read", []) for entry in done.values())
-            (unmeasured if read else unread).append(f"`{constant.removeprefix('src/')}` ({values[file, name]})")
+            (unmeasured if read else unread).append(f"`{short}` ({value})")
             continue
         if file.split("/")[1].removesuffix(".rs") != folder:
             folder = file.split("/")[1].removesuffix(".rs")
-            head = "| Constant | Value | Scenes | Half of it | Twice |"
-            lines += ["", f"## {folder}", "", head, "|---|---|---|---|---|"]
-        short = constant.removeprefix("src/")
-        half, twice = effect(done, constant, 0.5), effect(done, constant, 2.0)
-        lines.append(f"| `{short}` | {values[file, name]} | {len(scenes)} | {half} | {twice} |")
+            lines += ["", f"## {folder}", "", HEAD, "|---|---|---|---|---|---|"]
+        lines.append(row)
     if unmeasured:
         lines += ["", "## Not measured yet", "", ", ".join(unmeasured) + "."]
     lines += ["", "## Not read by these scenes", "", ", ".join(unread) + ".", ""]
@@ -348,7 +360,7 @@ seven, or all for constants that were measured first. The table has the ratio of
 largest change of any force, displacement or energy relative to the largest of its table. "Nothing"
 means that numbers of iterations and results are identical. Either the values that are compared with
 the constant are far from it, or these scenes do not have the case that it guards against. The documentation
-of a constant says what it is and how it was chosen. Measured on DATE.
+of a constant says what it is and how it was chosen.
 
 Scenes: SCENE_LIST."""
 
@@ -367,6 +379,6 @@ if __name__ == "__main__":
     done = measure(program, wanted, scratch)
     used = [f"`{SCENES[scene][0]}`" + (f" as *{scene}*" if SCENES[scene][1] else "")
             for scene in SCENES if not done[scene, "", 1.0]["code"] and done[scene, "", 1.0]["seconds"] <= LONGEST]
-    INTRODUCTION = INTRODUCTION.replace("SCENE_LIST", ", ".join(used)).replace("DATE", f"{datetime.date.today()}")
+    INTRODUCTION = INTRODUCTION.replace("SCENE_LIST", ", ".join(used))
     if not arguments.names or arguments.page:
         page(done, names)
