@@ -91,13 +91,16 @@ struct MonolithicState {
     linear: LinearState,
 }
 
-/// The iterate with the fewest free motions, and among these the one nearest to balance: what drives
-/// a motion in an iterate that diverges says nothing about the scene.
+/// The iterate with the fewest free motions, and among these the one nearest to balance, of those
+/// that are not farther from balance than the first iterate: forces on a body in an iterate that
+/// diverges say nothing about the scene.
 struct Firmest {
     /// Number of free motions.
     free: usize,
     /// Norm of the residual \[N\].
     residual: f64,
+    /// Norm of the residual of the first iterate \[N\].
+    first: f64,
     /// The motion that was driven there.
     driven: Option<Driven>,
 }
@@ -438,9 +441,12 @@ impl Monolithic {
         self.free = FreeMotions::find(system, stage, &self.rhs, allowed)?;
         let free = self.free.free;
         let residual = self.rhs.norm()?;
-        let firmer = |best: &Firmest| free < best.free || (free == best.free && residual <= best.residual);
+        let first = self.firmest.as_ref().map_or(residual, |best| best.first);
+        let firmer = |best: &Firmest| {
+            residual <= best.first && (free < best.free || (free == best.free && residual <= best.residual))
+        };
         if allowed.is_finite() && self.firmest.as_ref().is_none_or(firmer) {
-            self.firmest = Some(Firmest { free, residual, driven: self.free.driven.clone() });
+            self.firmest = Some(Firmest { free, residual, first, driven: self.free.driven.clone() });
         }
         self.free.clear_force(&mut self.rhs)
     }
