@@ -351,9 +351,9 @@ fn a_body_that_lifts_off_is_named_on_1_and_2_ranks() {
     }
 }
 
-/// A disc lies 0.02 mm above a floor, and a free lid is pressed on it: nothing carries the load before
-/// everything touches. The failed attempt names the lid and its load, although the
-/// iterates of Newton's method diverge to other bodies and larger forces.
+/// A disc is 0.02 mm above a floor, and a force presses a free lid on it from as far: nothing carries
+/// the force before both gaps are closed. The failed attempt names the lid and its force, although the
+/// iterates diverge.
 #[test]
 fn a_free_lid_above_a_gap_is_named_on_1_2_ranks() {
     let case = r#"dimension: 2
