@@ -12,7 +12,7 @@ const FUNCTIONS: &str = "
     PetscInitialize PetscFinalize PetscGetVersionNumber PetscPushErrorHandler PetscPopErrorHandler
     PetscErrorMessage PetscOptionsSetValue PetscOptionsClearValue
     PetscOptionsGetAll PetscOptionsLeftGet PetscOptionsLeftRestore PetscClassIdRegister
-    PetscLogEventRegister PetscObjectReference contact_log_begin contact_log_end contact_free
+    PetscLogEventRegister PetscObjectReference contact_log_begin contact_log_end contact_allocate contact_free
 
     VecCreateGhostBlock VecDuplicate VecDestroy VecGetArray VecRestoreArray VecGetArrayRead
     VecRestoreArrayRead VecGetLocalSize VecGetBlockSize VecGhostUpdateBegin VecGhostUpdateEnd
@@ -25,6 +25,11 @@ const FUNCTIONS: &str = "
     MatSeqAIJRestoreArray MatSeqBAIJGetArray MatSeqBAIJRestoreArray MatAssemblyBegin MatAssemblyEnd
     MatMult MatMultTranspose MatGetDiagonal MatNorm MatCreateMAIJ MatNullSpaceCreateRigidBody
     MatSetNearNullSpace MatGetNearNullSpace MatNullSpaceDestroy MatCreateShell MatShellSetOperation MatShellSetContext MatShellGetContext
+
+    MatCreateMPIAdj MatPartitioningCreate MatPartitioningDestroy MatPartitioningSetType
+    MatPartitioningSetAdjacency MatPartitioningSetNParts MatPartitioningSetUseEdgeWeights
+    MatPartitioningSetVertexWeights MatPartitioningSetFromOptions MatPartitioningApply
+    ISGetLocalSize ISGetIndices ISRestoreIndices ISDestroy
 
     KSPCreate KSPDestroy KSPSetOptionsPrefix KSPSetOperators KSPSetFromOptions KSPSetTolerances
     KSPGetTolerances KSPSetUp KSPSolve KSPReset KSPGetPC KSPGetType KSPGetIterationNumber

@@ -17,7 +17,7 @@
 //! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects, files of its HDF5; checkpoints, from which a run resumes |
 //! | 2 | [`mesh`], `contact::obstacle`; [`material`]; [`presets`]; [`schemes`]; `contact::normal`, `contact::friction`, `contact::damping` | data, named linear solvers and schemes, point laws |
 //! | 3 | [`case`] | what the user writes |
-//! | 4 | [`partition`] | METIS, who owns what, distribution |
+//! | 4 | [`partition`] | METIS and PT-Scotch, who owns what, distribution |
 //! | 5 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) and held directions (3.31) |
 //! | 6 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; contact at vertices, by mortar segments between bodies and over obstacles (`contact::mortar`, docs/theory.md): gap, F_n, F_T and their tangents |
 //! | 7 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |

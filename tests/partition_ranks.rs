@@ -14,9 +14,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use common::Running;
+use contact_petsc::case::Partitioner;
 use contact_petsc::collective::Collective;
 use contact_petsc::mesh::{BoxShape, ElementKind, ElementPatch, Facet, Mesh, element_patches, merge};
 use contact_petsc::partition::{LocalMesh, Ordering, Pair, Plan, Report, Weights, distribute};
+use contact_petsc::petsc::Session;
 use contact_petsc::space::{facet_normal, facet_tangents, reference};
 use contact_petsc::tensor::Vector;
 use mpi::collective::SystemOperation;
@@ -55,13 +57,15 @@ fn main() -> ExitCode {
 }
 
 fn on_ranks() -> ExitCode {
-    let Some(universe) = mpi::initialize() else { return ExitCode::FAILURE };
-    let world = universe.world();
-    let outcome = std::panic::catch_unwind(|| check_all(&world));
-    if outcome.is_err() {
-        world.abort(1);
-    }
-    if world.rank() == 0 {
+    let session = match Session::start(&[]) {
+        Ok(session) => session,
+        Err(error) => {
+            println!("{error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    check_all(session.world());
+    if session.rank() == 0 {
         println!("all pieces fit");
     }
     ExitCode::SUCCESS
@@ -75,6 +79,11 @@ fn check_all(world: &SimpleCommunicator) {
     for kind in [Tet4, Tet10, Hex8, Hex20, Hex27] {
         check(world, &cube(kind), &Plan::default());
     }
+    let together = Plan { partitioner: Partitioner::Ptscotch, ..Plan::default() };
+    check(world, &rectangles(Quad4, [9, 8]), &together);
+    check(world, &rectangles(Quad4, [2, 1]), &together);
+    check(world, &cube(Tet10), &together);
+    check(world, &mixed(), &together);
     let order = Plan { ordering: Ordering::ReverseCuthillMckee, ..Plan::default() };
     check(world, &rectangles(Quad4, [9, 8]), &order);
     check(world, &rectangles(Quad4, [2, 1]), &Plan::default());
@@ -82,8 +91,10 @@ fn check_all(world: &SimpleCommunicator) {
     check(world, &patched(rectangles(Tri3, [9, 8])), &Plan::default());
     check(world, &patched(cube(Tet4)), &Plan::default());
     check(world, &patched(mixed()), &Plan::default());
-    parts_are_even(world);
-    ties_hold(world);
+    for partitioner in [Partitioner::Metis, Partitioner::Ptscotch] {
+        parts_are_even(world, partitioner);
+        ties_hold(world, partitioner);
+    }
     errors_are_shared(world);
     exchange::check_all(world);
     contact::check_all(world);
@@ -283,8 +294,9 @@ fn area<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> f64 {
 }
 
 /// A mesh with enough elements for its ranks is distributed evenly.
-fn parts_are_even(world: &SimpleCommunicator) {
-    let (_, report) = deal(world, &rectangle(ElementKind::Quad4, [0.0, 1.0], [40, 40]), &Plan::default());
+fn parts_are_even(world: &SimpleCommunicator, partitioner: Partitioner) {
+    let plan = Plan { partitioner, ..Plan::default() };
+    let (_, report) = deal(world, &rectangle(ElementKind::Quad4, [0.0, 1.0], [40, 40]), &plan);
     assert!(report.imbalance() < 1.03, "{report}");
     let most = report.elements.iter().max().copied().unwrap_or(0) as usize;
     assert!(most * report.elements.len() <= 1600 + 80, "{report}");
@@ -292,11 +304,12 @@ fn parts_are_even(world: &SimpleCommunicator) {
 
 /// Coupled facing elements of two bodies stay together on two ranks. Without the coupling each body
 /// would have its own rank.
-fn ties_hold(world: &SimpleCommunicator) {
+fn ties_hold(world: &SimpleCommunicator, partitioner: Partitioner) {
     let whole = rectangles(ElementKind::Quad4, [12, 6]);
     let facing = |x: u32| Pair { elements: [60 + x, 72 + x], weight: 100 };
     let weights = Weights { elements: None, pairs: (0..12).map(facing).collect() };
-    let plan = Plan { weights, ..Plan::default() };
+    let plan = Plan { weights, partitioner, ..Plan::default() };
+    let plain = Plan { partitioner, ..Plan::default() };
     check(world, &whole, &plan);
     if world.size() != 2 {
         return;
@@ -310,7 +323,7 @@ fn ties_hold(world: &SimpleCommunicator) {
         let part = sum(world, &part);
         (60..72).filter(|&e| part[e] != part[e + 12]).count()
     };
-    assert_eq!((parted(&plan), parted(&Plan::default())), (0, 12));
+    assert_eq!((parted(&plan), parted(&plain)), (0, 12), "{partitioner:?}");
 }
 
 /// An error that rank 0 finds becomes an error of every rank.

@@ -14,6 +14,7 @@ mod dimension;
 mod elastic;
 mod guard;
 mod output;
+mod partition;
 mod petsc;
 mod reference;
 mod region;
@@ -50,6 +51,7 @@ pub use dimension::SpaceDimension;
 pub use elastic::{Directional, Foundation, Spring};
 pub use guard::Guard;
 pub use output::{Checkpoint, FieldFormat, Fields, Line, Output, Probe};
+pub use partition::Partitioner;
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
 pub use region::Region;
@@ -134,6 +136,9 @@ pub struct Case {
     /// How the equations of a step are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// Library that assigns the elements to ranks; `metis` if absent.
+    #[serde(default, skip_serializing_if = "is_metis")]
+    pub partition: At<Partitioner>,
     /// Physical limits at which a run ends or cuts a step.
     #[serde(default)]
     pub guard: Guard,
@@ -146,6 +151,10 @@ pub struct Case {
     /// The text, for errors that later checks find.
     #[serde(skip)]
     source: Rc<Source>,
+}
+
+fn is_metis(partition: &At<Partitioner>) -> bool {
+    partition.value == Partitioner::Metis
 }
 
 /// Draft-07 schema of a case file.

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::graph::Graph;
 use super::lists::Lists;
-use super::metis::partition;
 use super::ownership::owners;
 use super::{IndexMap, LocalMesh, Plan, Quality};
 use crate::error::{Error, Result};
@@ -50,17 +48,12 @@ struct Sets {
 const NOWHERE: u32 = u32::MAX;
 
 impl<const D: usize> Cut<D> {
-    /// Determines owners and numbers.
+    /// Determines owners and numbers from the part of each element, and keeps the quality of the partition.
     ///
     /// # Errors
-    /// The mesh has nodes without elements or more unknowns than 32-bit numbers allow, or METIS
-    /// cannot partition it.
-    pub fn new(mesh: Mesh<D>, plan: &Plan, parts: usize) -> Result<Self> {
-        check(&mesh)?;
-        let graph = Graph::dual(&mesh, &plan.weights)?;
-        let part = partition(&graph, parts)?;
-        let quality = Quality::new(&graph, &plan.weights, &part, parts);
-        drop(graph);
+    /// The mesh has nodes without elements.
+    pub fn new(mesh: Mesh<D>, plan: &Plan, part: Vec<u32>, quality: Quality) -> Result<Self> {
+        let parts = quality.elements.len();
         let touching = Lists::collect(mesh.points.len(), node_element_pairs(&mesh));
         let attached = touching.count() - plan.loose_nodes;
         if let Some(lonely) = (0..attached).find(|&node| touching.get(node as u32).is_empty()) {
@@ -280,7 +273,7 @@ fn patch_of_elements<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
     patch_of
 }
 
-fn check<const D: usize>(mesh: &Mesh<D>) -> Result<()> {
+pub(super) fn require_numbers<const D: usize>(mesh: &Mesh<D>) -> Result<()> {
     let unknowns = mesh.points.len() * D;
     if unknowns > i32::MAX as usize || mesh.nodes.len() > u32::MAX as usize {
         let message = format!("the mesh has {unknowns} unknowns, more than {}", i32::MAX);

@@ -1,4 +1,4 @@
-//! The graph that METIS partitions: elements, joined if they share a side or if contact ties them
+//! The graph that is partitioned: elements, joined if they share a side or if contact ties them
 //! together.
 
 use super::lists::Lists;
@@ -72,6 +72,20 @@ impl Graph {
     /// Number of vertices.
     pub fn vertices(&self) -> usize {
         self.offsets.len() - 1
+    }
+
+    /// The part of each vertex where nothing is to be decided, which the libraries do not support: one
+    /// part, no more vertices than parts, or a graph without edges (runs of equal length).
+    pub fn parts_without_library(&self, parts: usize) -> Option<Vec<u32>> {
+        let vertices = self.vertices();
+        if parts <= 1 {
+            return Some(vec![0; vertices]);
+        }
+        if vertices <= parts {
+            return Some((0..vertices as u32).collect());
+        }
+        let runs = || (0..vertices).map(|v| (v * parts / vertices) as u32).collect();
+        self.neighbours.is_empty().then(runs)
     }
 
     /// Total weight of the edges between different parts.

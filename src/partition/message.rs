@@ -1,5 +1,5 @@
-//! Serialization of a local mesh as two flat buffers, and their transfer by MPI in chunks for any
-//! total size.
+//! Serialization of a local mesh, or of rows of a graph, as two flat buffers, and their transfer by
+//! MPI in chunks for any total size.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::mesh::{ElementKind, ElementPatch, Facet, Mesh, PlaneState, Tie};
 /// Items in one MPI message. MPI counts with 32 bits, and a buffer may have more items.
 const CHUNK: usize = 1 << 27;
 
-/// A serialized local mesh.
+/// A serialized local mesh, or lists of integers.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Message {
     integers: Vec<u32>,
@@ -70,6 +70,25 @@ impl Message {
             .ok_or_else(|| Error::internal("partition: a message with a piece of the mesh is damaged"))
     }
 
+    /// Serializes lists of integers.
+    pub fn of_lists(lists: &[&[i32]]) -> Self {
+        let mut message = Self::default();
+        for list in lists {
+            message.list(list.iter().map(|&item| item as u32));
+        }
+        message
+    }
+
+    /// The lists that were serialized; `None` if there are not `N` of them.
+    pub fn into_lists<const N: usize>(self) -> Option<[Vec<i32>; N]> {
+        let mut reader = Reader { integers: &self.integers };
+        let mut lists = [const { Vec::new() }; N];
+        for list in &mut lists {
+            *list = reader.list()?.iter().map(|&item| item as i32).collect();
+        }
+        reader.integers.is_empty().then_some(lists)
+    }
+
     /// Sends the message to a rank, which receives it with [`receive`](Self::receive).
     pub fn send(&self, world: &impl CommunicatorCollectives, rank: i32) {
         let to = world.process_at_rank(rank);
@@ -78,9 +97,9 @@ impl Message {
         self.reals.chunks(CHUNK).for_each(|chunk| to.send(chunk));
     }
 
-    /// Receives a message from rank 0.
-    pub fn receive(world: &impl CommunicatorCollectives) -> Self {
-        let from = world.process_at_rank(0);
+    /// Receives a message from a rank.
+    pub fn receive(world: &impl CommunicatorCollectives, rank: i32) -> Self {
+        let from = world.process_at_rank(rank);
         let mut lengths = [0_u64; 2];
         from.receive_into(&mut lengths[..]);
         let mut message =
@@ -253,6 +272,15 @@ mod tests {
             input_element: vec![],
         };
         assert_eq!(Message::pack(&empty).unpack::<3>().expect("whole"), empty);
+    }
+
+    /// Lists are unchanged by serialization; their number is part of the message.
+    #[test]
+    fn lists_are_unpacked() {
+        let message = || Message::of_lists(&[&[3, -1], &[], &[i32::MAX]]);
+        assert_eq!(message().into_lists(), Some([vec![3, -1], vec![], vec![i32::MAX]]));
+        assert_eq!(message().into_lists::<2>(), None);
+        assert_eq!(message().into_lists::<4>(), None);
     }
 
     /// A truncated message is rejected and not read beyond its end.

@@ -27,15 +27,8 @@ const RECURSIVE: usize = 8;
 /// METIS fails, which happens for lack of memory.
 pub fn partition(graph: &Graph, parts: usize) -> Result<Vec<u32>> {
     let vertices = graph.vertices();
-    if parts <= 1 {
-        return Ok(vec![0; vertices]);
-    }
-    if vertices <= parts {
-        return Ok((0..vertices as u32).collect());
-    }
-    if graph.neighbours.is_empty() {
-        // Nothing to partition, which METIS does not support: runs of equal length.
-        return Ok((0..vertices).map(|v| (v * parts / vertices) as u32).collect());
+    if let Some(part) = graph.parts_without_library(parts) {
+        return Ok(part);
     }
     let mut part = vec![0; vertices];
     let constraints = graph.vertex_weights.as_ref().map_or(1, |weights| weights.constraints);

@@ -1,7 +1,7 @@
-//! Partitioning: METIS parts, balanced node ownership, local numbering, and distribution of the
+//! Partitioning: parts by METIS or PT-Scotch, balanced node ownership, local numbering, and distribution of the
 //! mesh from rank 0.
 //!
-//! Rank 0 holds the whole mesh until it is partitioned. Elements are assigned to METIS parts, and
+//! Rank 0 holds the whole mesh until it is partitioned. Elements are assigned to parts, and
 //! nodes to one of the parts that touch them. Every rank receives all elements that touch one of
 //! its nodes, so that it assembles its rows without communication. See [`distribute()`].
 
@@ -17,6 +17,7 @@ mod message;
 mod metis;
 mod ordering;
 mod ownership;
+mod ptscotch;
 mod quality;
 mod report;
 
@@ -30,6 +31,7 @@ pub use ordering::Ordering;
 pub use quality::Quality;
 pub use report::Report;
 
+use crate::case::Partitioner;
 use crate::error::Result;
 use crate::mesh::Mesh;
 
@@ -38,6 +40,8 @@ use crate::mesh::Mesh;
 pub struct Plan {
     /// Loads of the elements and ties between them.
     pub weights: Weights,
+    /// The library that partitions, on all ranks.
+    pub partitioner: Partitioner,
     /// Order of the nodes of one rank.
     pub ordering: Ordering,
     /// Number of nodes at the end of the mesh that belong to no element. Rank 0 owns them.

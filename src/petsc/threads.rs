@@ -1,8 +1,11 @@
-//! Threads of the BLAS below PETSc: one per rank, because the ranks provide the parallelism.
+//! Threads of the libraries below PETSc: one per rank, because the ranks provide the parallelism.
 //!
 //! A multithreaded BLAS starts one thread per core in every rank by default. Matrices of a few
 //! hundred rows then take three times as long. Only the dynamic linker knows which BLAS is loaded,
 //! so the functions are looked up by name.
+//!
+//! PT-Scotch starts threads as well. With them its parts differ from run to run, and version 7.0.3 ends
+//! small graphs on seven ranks with a segmentation fault.
 
 use std::ffi::{CStr, c_char, c_int};
 
@@ -35,8 +38,14 @@ const LIBRARIES: [Library; 2] = [
 type Set = unsafe extern "C" fn(c_int);
 type Get = unsafe extern "C" fn() -> c_int;
 
-/// Sets one thread for the BLAS of this process, unless the user chose a number.
+/// Environment variable by which Scotch learns the number of its threads.
+const SCOTCH_THREADS: &str = "SCOTCH_PTHREAD_NUMBER";
+
+/// Sets one thread for the BLAS of this process, unless the user chose a number, and for Scotch. The
+/// process must have no threads yet.
 pub(super) fn one_unless_chosen() {
+    // SAFETY: no other thread reads or writes the environment, because MPI has not started.
+    unsafe { std::env::set_var(SCOTCH_THREADS, "1") };
     for library in &LIBRARIES {
         let chosen = library.chosen_by.iter().any(|name| std::env::var_os(name).is_some());
         let Some(set) = address(library.set).filter(|_| !chosen) else { continue };

@@ -157,6 +157,7 @@ fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D
     let read = if session.rank() == 0 { read_meshes(case).map(Some) } else { Ok(None) };
     let (mut mesh, mut remarks) = agree(world, read)?.unzip();
     let mut plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
+    plan.partitioner = case.partition.value;
     let ties = mesh.as_mut().map_or(Ok(Vec::new()), |mesh| model.add_ties(case, mesh));
     remarks.iter_mut().zip([agree(world, ties)?]).for_each(|(all, more)| all.extend(more));
     if let Some(mesh) = &mut mesh {

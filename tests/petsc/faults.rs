@@ -2,7 +2,9 @@
 
 use crate::lattice::{Lattice, Local};
 use contact_petsc::error::Error;
-use contact_petsc::petsc::{BlockPattern, Format, KrylovSolver, Matrix, Session, Vector};
+use contact_petsc::petsc::{
+    BlockPattern, Format, GraphRows, KrylovSolver, Matrix, Session, Vector, partition_graph,
+};
 use std::rc::Rc;
 
 fn words(text: &str) -> Vec<String> {
@@ -83,6 +85,11 @@ pub fn errors() {
         let message = pattern(offsets, columns).expect(reason);
         assert!(message.contains(reason), "{message}");
     }
+
+    let row = GraphRows { total: 1, offsets: vec![0, 0], loads: vec![1], ..GraphRows::default() };
+    let error = partition_graph(session.world(), &row, 1, c"no_such_library").expect_err("no such library");
+    assert!(error.message.contains("no partitioner 'no_such_library'"), "{error}");
+    assert!(error.message.contains("petsc-dev") && error.exit_code() == 2, "{error}");
     println!("errors done");
 }
 
