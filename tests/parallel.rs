@@ -133,6 +133,12 @@ fn rubber_block_inexact_on_1_2_3_4_ranks() {
     invariant(&solved_by(&rubber_block(), INEXACT), &[2, 3, 4]);
 }
 
+/// The parts of PT-Scotch give the results of one rank, in which nothing is partitioned.
+#[test]
+fn rubber_block_by_ptscotch_on_1_2_3_4_ranks() {
+    invariant(&format!("partition: ptscotch\n{}", solved_by(&rubber_block(), GMRES)), &[2, 3, 4]);
+}
+
 /// More ranks than elements: some own no element, no node and no contact facet.
 #[test]
 fn two_elements_on_1_4_7_ranks() {

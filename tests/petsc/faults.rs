@@ -89,7 +89,7 @@ pub fn errors() {
     let row = GraphRows { total: 1, offsets: vec![0, 0], loads: vec![1], ..GraphRows::default() };
     let error = partition_graph(session.world(), &row, 1, c"no_such_library").expect_err("no such library");
     assert!(error.message.contains("no partitioner 'no_such_library'"), "{error}");
-    assert!(error.message.contains("petsc-dev") && error.exit_code() == 2, "{error}");
+    assert!(error.message.contains("petsc-dev") && error.exit_code() == 3, "{error}");
     println!("errors done");
 }
 
