@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use contact_petsc::case::Partitioner;
-use contact_petsc::error::Result;
+use contact_petsc::error::{Result, agree};
 use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, merge};
 use contact_petsc::partition::{Couple, Plan, distribute};
 use contact_petsc::petsc::{Session, memory, peak_memory};
@@ -36,13 +36,14 @@ fn main() -> Result<()> {
     }
     for partitioner in [Partitioner::Metis, Partitioner::Ptscotch] {
         session.measure_anew();
-        let mesh = if world.rank() == 0 { Some(boxes(cells)?) } else { None };
+        let mesh = agree(world, (world.rank() == 0).then(|| boxes(cells)).transpose())?;
         let elements = mesh.as_ref().map_or(0, Mesh::element_count);
         let read = memory();
         world.barrier();
         let began = Instant::now();
         let couple = Couple { contactor: "upper.bottom", target: "lower.top", travel: 0.0, load: true };
-        let plan = Plan { partitioner, ..Plan::for_contact(mesh.as_ref(), &[couple])? };
+        let plan = agree(world, Plan::for_contact(mesh.as_ref(), &[couple]))?;
+        let plan = Plan { partitioner, ..plan };
         let (local, report) = distribute(world, mesh, &plan)?;
         let seconds = began.elapsed().as_secs_f64();
         drop(local);

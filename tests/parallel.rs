@@ -6,7 +6,7 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::{Results, Table, shipped};
+use common::{Folder, Results, Table, run, shipped};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 
@@ -137,6 +137,22 @@ fn rubber_block_inexact_on_1_2_3_4_ranks() {
 #[test]
 fn rubber_block_by_ptscotch_on_1_2_3_4_ranks() {
     invariant(&format!("partition: ptscotch\n{}", solved_by(&rubber_block(), GMRES)), &[2, 3, 4]);
+}
+
+/// The case chooses the library that partitions: two libraries cut different sides.
+#[test]
+fn the_case_chooses_the_partitioner() {
+    let folder = Folder::new("partitioner");
+    let cut = |partitioner: &str| {
+        let text =
+            shipped("rubber-block/case.yml", &[("dimension: 2", &format!("dimension: 2\n{partitioner}"))]);
+        folder.write("case.yml", &text);
+        let output = run(3, &["check", "case.yml"], &folder).success();
+        let line = output.stdout.lines().find(|line| line.contains("ranks: each of 3 ranks"));
+        line.expect("the partition").to_owned()
+    };
+    assert_eq!(cut(""), cut("partition: metis"));
+    assert_ne!(cut(""), cut("partition: ptscotch"));
 }
 
 /// More ranks than elements: some own no element, no node and no contact facet.

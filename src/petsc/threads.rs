@@ -4,8 +4,8 @@
 //! hundred rows then take three times as long. Only the dynamic linker knows which BLAS is loaded,
 //! so the functions are looked up by name.
 //!
-//! PT-Scotch starts threads as well. With them its parts differ from run to run, and version 7.0.3 ends
-//! small graphs on seven ranks with a segmentation fault.
+//! PT-Scotch starts threads as well. With them its parts differ from run to run, and version 7.0.3
+//! crashed on small graphs on seven ranks.
 
 use std::ffi::{CStr, c_char, c_int};
 

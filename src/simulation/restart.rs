@@ -270,12 +270,12 @@ fn find_checkpoint<const D: usize>(case: &Case, place: &RunRequest, ranks: usize
         .map_err(|error| Error::internal(format!("checkpoint: {error}")))
 }
 
-/// The case without the entries that may change: title, end of time, solver, PETSc's options, and
-/// output except probes, bodies and derived quantities.
+/// The case without the entries that may change: title, end of time, solver, partition, PETSc's
+/// options, and output except probes, bodies and derived quantities.
 fn fixed(case: &Case) -> Result<Value> {
     let mut json = case.to_json()?;
     if let Some(case) = json.as_object_mut() {
-        ["title", "solver", "petsc"].iter().for_each(|key| drop(case.remove(*key)));
+        ["title", "solver", "partition", "petsc"].iter().for_each(|key| drop(case.remove(*key)));
         if let Some(time) = case.get_mut("time").and_then(Value::as_object_mut) {
             time.remove("end");
         }

@@ -79,10 +79,13 @@ fn what_does_not_fit_is_refused() {
     refused(&folder, &["--restart"], 4, &["energy.csv: damaged", "hint: "]);
     fs::write(out.join("energy.csv"), rows).expect("the table");
 
-    // What may change: title, solver, fields, end.
+    // What may change: title, solver, partition, fields, end.
     let more =
         case.replace("end: 0.01", "end: 0.012").replace("fields: { every: 10 }", "fields: { every: 3 }");
-    folder.write("case.yml", &more.replace("title: ", "title: Again, ").replace(GMRES, TIGHT));
+    folder.write(
+        "case.yml",
+        &more.replace("title: ", "partition: ptscotch\ntitle: Again, ").replace(GMRES, TIGHT),
+    );
     compute(&folder, 0, "out", &["--restart"]).success();
     assert_eq!(Table::read(&out.join("energy.csv")).last("step"), 24.0);
 
