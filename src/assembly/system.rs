@@ -259,7 +259,7 @@ impl<const D: usize> ContactSystem<D> {
             for (history, point) in state.history.iter_mut().zip(&state.current) {
                 *history = crate::contact::history::History::start(point);
             }
-            state.begin();
+            state.begin_step();
             contact.remember_multipliers();
         }
         self.continuation.start_factor = self.factor;

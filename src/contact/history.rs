@@ -105,6 +105,13 @@ impl<const D: usize> History<D> {
     }
 }
 
+impl<const D: usize> History<D> {
+    /// Whether the point was closed at the end of the last step.
+    pub fn was_closed(&self) -> bool {
+        self.gap <= 0.0 || self.multiplier > 0.0
+    }
+}
+
 /// Per-point contents of a checkpoint: a fixed list of named numbers.
 impl<const D: usize> History<D> {
     /// Number of columns.
