@@ -8,7 +8,7 @@ use super::friction::traction::Branch;
 use super::held::FrozenTractions;
 pub use super::held::Keep;
 use super::history::History;
-use super::linearised::{GapNode, LinearGap, LinearGaps};
+use super::linearised::{GapLinearisation, GapNode, LinearGaps};
 use super::multipliers::Multipliers;
 use super::point::{Frozen, Manner, PointState, Status};
 use super::rigid::{BodyFrame, TargetLoad};
@@ -162,7 +162,7 @@ pub struct ContactState<const D: usize> {
     /// Memory of the accepted steps.
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
-    linear_gaps: LinearGaps<D>,
+    linear_gaps: GapLinearisation<D>,
     /// Empty until a freeze: only staggered solves hold tractions.
     held: Vec<FrozenTractions<D>>,
     /// Multipliers of the augmented laws.
@@ -182,7 +182,7 @@ impl<const D: usize> ContactState<D> {
             current: vec![PointState::default(); points],
             history: vec![History::default(); points],
             track: vec![Track::default(); points],
-            linear_gaps: LinearGaps::default(),
+            linear_gaps: GapLinearisation::default(),
             held: Vec::new(),
             multipliers: Multipliers::default(),
             adjusted: Vec::new(),
@@ -263,8 +263,8 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// Stores the linear gaps of the points at a tangent; `None` for points without stiffness.
-    pub fn note_linear_gaps(&mut self, gaps: Vec<Option<LinearGap<D>>>) {
+    /// Stores the linear gaps of the points at a tangent.
+    pub fn note_linear_gaps(&mut self, gaps: LinearGaps<D>) {
         self.linear_gaps.note(gaps);
     }
 
@@ -281,7 +281,7 @@ impl<const D: usize> ContactState<D> {
 
     /// The gap of point `p` by linearisation \[m\] at these places of the nodes, if it is known.
     pub fn linear_gap(&mut self, p: usize, place: impl Fn(&GapNode<D>) -> Vector<D>) -> Option<f64> {
-        let gap = self.linear_gaps.of(p).map(|gap| gap.at(place));
+        let gap = self.linear_gaps.at(p, place);
         self.track[p].linear_gap = gap;
         gap
     }
@@ -428,7 +428,7 @@ impl<const D: usize> ContactState<D> {
             let gap = point[History::<D>::COLUMNS + 4];
             gap.is_finite().then_some(gap)
         };
-        self.linear_gaps.set(points.chunks_exact(width).map(linear_gap));
+        self.linear_gaps.use_gaps(LinearGaps::constant(points.chunks_exact(width).map(linear_gap)));
         true
     }
 
@@ -583,8 +583,7 @@ mod tests {
         state.multipliers.offsets[1] = 0.25;
         state.augment_friction();
         state.multipliers.friction[0] = Vector::<2>::new(0.5, -1.5);
-        let gap = LinearGap { gap: -0.5, nodes: Vec::new() };
-        state.note_linear_gaps(vec![Some(gap), None]);
+        state.note_linear_gaps(LinearGaps::constant([Some(-0.5), None].into_iter()));
         state.linearise_gaps();
         assert_eq!([0, 1].map(|p| state.linear_gap(p, |node| node.place)), [Some(-0.5), None]);
         let mut other = ContactState::<2>::new(2);

@@ -11,7 +11,7 @@ use super::obstacle::{PlacedObstacle, rule_of};
 use super::overlap::{ActivePair, Overlap};
 use super::surface::{VertexFacet, VertexSize, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
-use crate::contact::linearised::{GapNode, LinearGap};
+use crate::contact::linearised::{GapNode, LinearGaps};
 use crate::contact::nodal::at;
 use crate::contact::point::{ContactLaw, Manner, PointState, Slopes, TermSelection};
 use crate::contact::rigid::BodyFrame;
@@ -422,8 +422,7 @@ impl<const D: usize> VertexContact<D> {
             };
             match request.branches {
                 Branches::Actual => {
-                    let departs =
-                        linear.is_some_and(|linear| respond(linear).0.is_closed() != point.is_closed());
+                    let departs = linear.is_some_and(|linear| manner.closes(linear) != point.is_closed());
                     state.note_departure(vertex, departs);
                 }
                 Branches::Linearised if linear.is_none() && !state.was_closed(vertex) => {
@@ -480,7 +479,7 @@ impl<const D: usize> VertexContact<D> {
         sink: &mut impl ContactSink,
     ) {
         let Overlap { pairs, sums } = overlap;
-        let mut linear_gaps = vec![None; slopes.len()];
+        let mut linear_gaps = LinearGaps::new(slopes.len());
         let wanted = |vertex: usize| slopes[vertex].is_some();
         let mut rows = self.nodes_of(&[pairs], slopes.len(), wanted);
         self.accumulate(pairs, &mut rows);
@@ -495,10 +494,7 @@ impl<const D: usize> VertexContact<D> {
             let p = row.vertex;
             let Some(slopes) = &slopes[p] else { continue };
             sums[p].normalise(&state.history[p], row);
-            linear_gaps[p] = Some(LinearGap {
-                gap: sums[p].gap() - state.adjusted(p),
-                nodes: self.gap_nodes(row, fields),
-            });
+            linear_gaps.set(p, sums[p].gap() - state.adjusted(p), self.gap_nodes(row, fields));
             clear_block::<D>(&mut block, row.nodes.len());
             add_stiffness(&state.current[p], slopes, &row.nodes, selection, spin.as_ref(), &mut block);
             nodes.clear();
@@ -511,14 +507,14 @@ impl<const D: usize> VertexContact<D> {
     }
 
     /// The nodes of a vertex with the derivatives of its gap.
-    fn gap_nodes(&self, row: &VertexRows<D>, fields: &ContactFields<'_>) -> Vec<GapNode<D>> {
+    fn gap_nodes(&self, row: &VertexRows<D>, fields: &ContactFields<'_>) -> impl Iterator<Item = GapNode<D>> {
         let of = |(node, reference): (&VertexNode<D>, &Vector<D>)| GapNode {
             node: node.node,
             reference: *reference,
             place: self.place(node.node, reference, fields),
             slope: node.gap,
         };
-        row.nodes.iter().zip(&row.reference_points).map(of).collect()
+        row.nodes.iter().zip(&row.reference_points).map(of)
     }
 
     /// Adds the stiffness of the frozen quantities at the vertices.

@@ -269,13 +269,13 @@ fn laws_at_linearised_gaps_are_those_of_an_offset_surface() {
         let points = scene.state.current.clone();
         let offset = |p: usize| 2e-3 * (1.0 + (p % 3) as f64);
         let constant = |(p, point): (usize, &PointState<D>)| {
-            point.is_closed().then(|| LinearGap { gap: point.gap - offset(p), nodes: Vec::new() })
+            point.is_closed().then(|| point.gap - offset(p))
         };
         let mut offset_surface = scene.clone();
         offset_surface.state.forget_linear_gaps();
         offset_surface.state.current.iter_mut().enumerate().for_each(|(p, point)| point.gap = offset(p));
         offset_surface.state.adjust(f64::MAX);
-        scene.state.note_linear_gaps(points.iter().enumerate().map(constant).collect());
+        scene.state.note_linear_gaps(LinearGaps::constant(points.iter().enumerate().map(constant)));
         scene.state.linearise_gaps();
         let force = |scene: &PairScene<D>, request| scene.force_at(&scene.u, request);
         let actual = ContactRequest::default();
@@ -304,8 +304,7 @@ fn departed_points_are_corrected_by_their_linearised_status() {
             scene.u[2 * node + 1] += height + OVERLAP;
         }
         let points = scene.state.current.len();
-        let gap = linear.map(|gap| LinearGap { gap, nodes: Vec::new() });
-        scene.state.note_linear_gaps(vec![gap; points]);
+        scene.state.note_linear_gaps(LinearGaps::constant((0..points).map(|_| linear)));
         scene.state.linearise_gaps();
         let actual = scene.evaluate(&ContactRequest::default()).force;
         let departed = scene.state.iterate().departed;
