@@ -106,9 +106,9 @@ impl<const D: usize> History<D> {
 }
 
 impl<const D: usize> History<D> {
-    /// Whether the point was closed at the end of the last step.
-    pub fn was_closed(&self) -> bool {
-        self.gap <= 0.0 || self.multiplier > 0.0
+    /// Whether the point was closed at the end of the last step, if gaps of this size are rounding \[m\].
+    pub fn was_closed(&self, touching: f64) -> bool {
+        self.gap <= touching || self.multiplier > 0.0
     }
 }
 

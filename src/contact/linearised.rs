@@ -51,7 +51,8 @@ impl<const D: usize> LinearGaps<D> {
     /// The gap of point `p` at these places of the nodes \[m\], if it is known.
     pub fn at(&self, p: usize, place: impl Fn(&GapNode<D>) -> Vector<D>) -> Option<f64> {
         let (gap, nodes) = self.points.get(p)?.as_ref()?;
-        let changes = self.nodes[nodes.clone()].iter().map(|node| node.slope.dot(&(place(node) - node.place)));
+        let changes =
+            self.nodes[nodes.clone()].iter().map(|node| node.slope.dot(&(place(node) - node.place)));
         Some(gap + changes.sum::<f64>())
     }
 }

@@ -111,8 +111,8 @@ struct Track<const D: usize> {
     friction_traction: Vector<D>,
     /// The slip direction reversed: the next correction assumes stick.
     flipped: bool,
-    /// Whether the point was closed in the last iterate of this step and in the one before, also of
-    /// another solve.
+    /// Whether the point had stiffness in the linear solve after the last iterate of this attempt and
+    /// in that after the one before, also of another solve.
     closed: [Option<bool>; 2],
     /// Gap of the last evaluation by linearisation \[m\], if it is known.
     linear_gap: Option<f64>,
@@ -250,8 +250,8 @@ impl<const D: usize> ContactState<D> {
         self.current.iter().enumerate().map(depth).fold(0.0, f64::max)
     }
 
-    /// Discards iterates and safeguards. Call it at the beginning of a step.
-    pub fn begin_step(&mut self) {
+    /// Discards iterates and safeguards. Call it at the beginning of an attempt.
+    pub fn begin_attempt(&mut self) {
         self.track.fill(Track::default());
     }
 
@@ -286,6 +286,11 @@ impl<const D: usize> ContactState<D> {
         gap
     }
 
+    /// Point `p` has no target, and so no gap.
+    pub fn forget_linear_gap(&mut self, p: usize) {
+        (self.track[p].linear_gap, self.track[p].departs) = (None, false);
+    }
+
     /// Notes whether the status of point `p` departs from that of its linearised gap.
     pub fn note_departure(&mut self, p: usize, departs: bool) {
         self.track[p].departs = departs;
@@ -296,10 +301,10 @@ impl<const D: usize> ContactState<D> {
         self.track[p].departs
     }
 
-    /// Whether point `p` was closed in the iterate before; in the first one of a step, at the end of
-    /// the last step.
+    /// Whether point `p` was closed in the last linear solve; before the first one of an attempt, at
+    /// the end of the last step.
     pub fn was_closed(&self, p: usize) -> bool {
-        self.track[p].closed[1].unwrap_or_else(|| self.history[p].was_closed())
+        self.track[p].closed[1].unwrap_or_else(|| self.history[p].was_closed(self.touching))
     }
 
     /// Compares the current points with the last iterate and stores them as the new one. At points
@@ -324,7 +329,7 @@ impl<const D: usize> ContactState<D> {
                 statuses: [Some(point.status), last],
                 friction_traction: point.friction_traction,
                 flipped,
-                closed: [Some(point.is_closed()), track.closed[0]],
+                closed: [Some(point.is_closed() != track.departs), track.closed[0]],
                 ..*track
             };
         }
@@ -363,7 +368,7 @@ impl<const D: usize> ContactState<D> {
         for (history, point) in self.history.iter_mut().zip(&self.current) {
             *history = history.advance(point, dt);
         }
-        self.begin_step();
+        self.begin_attempt();
     }
 
     /// Names of the numbers of a point that its evaluation reads, in the order of

@@ -382,9 +382,7 @@ impl<const D: usize> VertexContact<D> {
         let u = at(fields.u, node);
         match self.target.frame() {
             None => u,
-            Some(frame) => {
-                frame.see(reference, &at(fields.u_start, node), &u, &at(fields.v, node)).iterate
-            }
+            Some(frame) => frame.see(reference, &at(fields.u_start, node), &u, &at(fields.v, node)).iterate,
         }
     }
 
@@ -402,14 +400,14 @@ impl<const D: usize> VertexContact<D> {
                 let gap = self.free_gap(sums);
                 let sunk = sums.sunk(state.adjusted(vertex));
                 state.current[vertex] = PointState { gap, sunk, ..PointState::default() };
+                state.forget_linear_gap(vertex);
                 all.push(None);
                 continue;
             }
             let manner = state.manner(vertex, request.hold, request.branches);
             let manner = Manner { damping: request.damping, ..manner };
             let history = state.history[vertex];
-            let linear =
-                state.linear_gap(vertex, |node| self.place(node.node, &node.reference, fields));
+            let linear = state.linear_gap(vertex, |node| self.place(node.node, &node.reference, fields));
             let gap = sums.gap() - state.adjusted(vertex);
             let respond = |gap| sums.respond(&self.law, &history, gap, state.adjusted(vertex), &manner);
             let (mut point, slopes) = match (request.branches, linear) {
@@ -422,7 +420,8 @@ impl<const D: usize> VertexContact<D> {
             };
             match request.branches {
                 Branches::Actual => {
-                    let departs = linear.is_some_and(|linear| manner.closes(linear) != point.is_closed());
+                    let apart = manner.is_apart(gap);
+                    let departs = linear.is_some_and(|linear| manner.is_apart(linear) != apart);
                     state.note_departure(vertex, departs);
                 }
                 Branches::Linearised if linear.is_none() && !state.was_closed(vertex) => {

@@ -268,9 +268,7 @@ fn laws_at_linearised_gaps_are_those_of_an_offset_surface() {
         // Each point has its own difference.
         let points = scene.state.current.clone();
         let offset = |p: usize| 2e-3 * (1.0 + (p % 3) as f64);
-        let constant = |(p, point): (usize, &PointState<D>)| {
-            point.is_closed().then(|| point.gap - offset(p))
-        };
+        let constant = |(p, point): (usize, &PointState<D>)| point.is_closed().then(|| point.gap - offset(p));
         let mut offset_surface = scene.clone();
         offset_surface.state.forget_linear_gaps();
         offset_surface.state.current.iter_mut().enumerate().for_each(|(p, point)| point.gap = offset(p));
@@ -298,10 +296,13 @@ fn laws_at_linearised_gaps_are_those_of_an_offset_surface() {
 /// next correction: the law's tangent beyond an open gap, or none at a closed one.
 #[test]
 fn departed_points_are_corrected_by_their_linearised_status() {
+    let stick = Regularization::stick_velocity(1e-4);
     let at_height = |height: f64, linear: Option<f64>| {
         let mut scene = PairScene::<2>::pressed(ElementKind::Quad4, ElementKind::Quad4);
+        scene.contact.law = penalty(Some(coulomb(0.4, stick)));
         for node in (0..scene.mesh.points.len()).filter(|&node| is_upper(&scene, node)).collect::<Vec<_>>() {
             scene.u[2 * node + 1] += height + OVERLAP;
+            scene.v[2 * node] = 1.0;
         }
         let points = scene.state.current.len();
         scene.state.note_linear_gaps(LinearGaps::constant((0..points).map(|_| linear)));
@@ -320,6 +321,16 @@ fn departed_points_are_corrected_by_their_linearised_status() {
     let (pushed, departed, dropped, _) = at_height(-0.01, Some(0.02));
     assert!(pushed.iter().any(|force| *force != 0.0) && departed == points);
     assert!(dropped.iter().all(|force| *force == 0.0));
+    // A held bound acts at every gap, and does not hide that the normal law is open.
+    let mut scene = PairScene::<2>::pressed(ElementKind::Quad4, ElementKind::Quad4);
+    scene.evaluate(&ContactRequest::default());
+    scene.state.current.iter_mut().for_each(|point| point.bound = 1.0);
+    scene.state.freeze(crate::contact::state::Keep::Pressure);
+    scene.state.note_linear_gaps(LinearGaps::constant((0..points).map(|_| Some(0.02))));
+    scene.state.linearise_gaps();
+    let hold = crate::contact::state::Hold::Bound;
+    scene.evaluate(&ContactRequest { hold, ..ContactRequest::default() });
+    assert_eq!(scene.state.iterate().departed, points);
 }
 
 /// A point that was open in the linear solve has stiffness, but its depth carries no traction under

@@ -94,10 +94,10 @@ pub struct Manner<const D: usize> {
 }
 
 impl<const D: usize> Manner<D> {
-    /// Whether a point is closed at this gap \[m\]; also if it is not a number, which forces then show.
-    pub fn closes(&self, gap: f64) -> bool {
-        let is_open = gap - self.offset > self.touching;
-        !is_open || self.frozen.presses()
+    /// Whether the normal law is open at this gap \[m\]. A gap that is not a number is closed: the forces
+    /// then show it.
+    pub fn is_apart(&self, gap: f64) -> bool {
+        gap - self.offset > self.touching
     }
 }
 
@@ -173,7 +173,7 @@ pub fn tractions<const D: usize>(
     // Work of damping by the trapezoidal rule, like the integrators.
     let damping_work =
         |now: Vector<D>| -0.5 * (relation.history.damping_traction + now).dot(&relation.displacement);
-    if !manner.closes(relation.gap) {
+    if manner.is_apart(relation.gap) && !frozen.presses() {
         let damping_work = damping_work(Vector::zeros());
         return (PointState { slip_velocity, slip_increment, damping_work, ..state }, None);
     }
