@@ -87,7 +87,7 @@ impl<const D: usize> ContactSystem<D> {
         let mut bodies = || {
             // Predicted branches change only the contact forces, and follow a residual at the same
             // state.
-            if branches == Branches::Predicted {
+            if branches != Branches::Actual {
                 return;
             }
             let _running = phases.forces.begin();

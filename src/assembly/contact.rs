@@ -291,6 +291,8 @@ impl<const D: usize> LocalContact<D> {
         step: impl Fn(u32) -> Vector<D>,
         below: f64,
     ) -> Result<()> {
+        // The indices of the target's nodes change.
+        self.state.forget_linear_gaps();
         self.pair.gather(world, local, positions, step, below)
     }
 
@@ -344,6 +346,14 @@ impl<const D: usize> LocalContact<D> {
     /// Records the current points as the new iterate, and counts the changes.
     pub fn iterate(&mut self) -> Changes {
         self.state.iterate()
+    }
+
+    /// Whether tangents have gaps linearised at the last tangent from now on, or those of the positions.
+    pub fn linearise_gaps(&mut self, linearised: bool) {
+        match linearised {
+            true => self.state.linearise_gaps(),
+            false => self.state.forget_linear_gaps(),
+        }
     }
 
     /// Discards the iterates of a step.

@@ -119,8 +119,9 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
         // A stop request on one rank is communicated here, so that all ranks leave the step at the
         // same iterate.
         let mut asked = usize::from(self.bodies.session.is_asked_to_stop());
-        let Changes { closed, pressing, changed, alternating, flipped } = &mut own;
-        let counts = [closed, pressing, changed, alternating, flipped, &mut stick, &mut slip, &mut asked];
+        let Changes { closed, pressing, changed, alternating, flipped, departed } = &mut own;
+        let counts =
+            [closed, pressing, changed, alternating, flipped, departed, &mut stick, &mut slip, &mut asked];
         sum_over_ranks(self.bodies.session.world(), counts);
         if asked > 0 {
             return Err(Error::stopped("stop requested within a step"));
@@ -142,7 +143,7 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
     }
 
     fn predicts(&self) -> bool {
-        self.changes.flipped > 0
+        self.changes.flipped + self.changes.departed > 0
     }
 
     fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
@@ -175,6 +176,9 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
 
 impl<const D: usize> PressureLinearisation for ContactSystem<D> {
     fn linearise_pressure(&mut self, at: Option<&Vector>) {
+        for contact in &mut self.contacts {
+            contact.linearise_gaps(at.is_some());
+        }
         let at = at.filter(|_| self.bodies.linearises_pressure());
         self.linearised_at = at.map(|u| u.local().to_vec());
     }

@@ -249,6 +249,11 @@ impl<const D: usize> ContactSystem<D> {
             > 0
     }
 
+    /// Discards what the contacts know of the iterates of another attempt.
+    pub fn begin_attempt(&mut self) {
+        self.contacts.iter_mut().for_each(|contact| contact.state.begin_attempt());
+    }
+
     /// Takes contact tractions and forces of the trial state as those at the start of the motion.
     ///
     /// # Errors
@@ -259,7 +264,7 @@ impl<const D: usize> ContactSystem<D> {
             for (history, point) in state.history.iter_mut().zip(&state.current) {
                 *history = crate::contact::history::History::start(point);
             }
-            state.begin();
+            state.begin_attempt();
             contact.remember_multipliers();
         }
         self.continuation.start_factor = self.factor;

@@ -135,7 +135,7 @@ impl<const D: usize> ContactSystem<D> {
                     joint: joined.then(|| contact.joint(friction)),
                 }),
                 hold,
-                branches: Branches::Predicted,
+                branches: Branches::Linearised,
                 over_step: stage.over_step == OverStep::Middle,
                 step: stage.dt,
                 damping: active_damping(damped),

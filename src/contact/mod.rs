@@ -13,6 +13,7 @@ pub mod evaluation;
 pub mod friction;
 mod held;
 pub mod history;
+pub mod linearised;
 pub mod mortar;
 pub mod multipliers;
 pub mod nodal;

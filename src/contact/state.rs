@@ -8,6 +8,7 @@ use super::friction::traction::Branch;
 use super::held::FrozenTractions;
 pub use super::held::Keep;
 use super::history::History;
+use super::linearised::{GapLinearisation, GapNode, LinearGaps};
 use super::multipliers::Multipliers;
 use super::point::{Frozen, Manner, PointState, Status};
 use super::rigid::{BodyFrame, TargetLoad};
@@ -26,6 +27,9 @@ pub struct Changes {
     pub alternating: usize,
     /// Points whose slip direction reversed, for which the next correction therefore assumes stick.
     pub flipped: usize,
+    /// Points that are open, although the linearised gap is closed, or the opposite. The next
+    /// correction assumes the status of the linearised gap.
+    pub departed: usize,
 }
 
 impl Changes {
@@ -43,6 +47,7 @@ impl AddAssign for Changes {
         self.changed += other.changed;
         self.alternating += other.alternating;
         self.flipped += other.flipped;
+        self.departed += other.departed;
     }
 }
 
@@ -78,14 +83,19 @@ impl AddAssign for SquaredForceChange {
     }
 }
 
-/// Branches of the friction law in an evaluation.
+/// Branches of the laws in an evaluation: open or closed, stick or slip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branches {
-    /// Branches that follow from the slip, as in the equilibrium.
+    /// Branches that follow from gap and slip, as in the equilibrium.
     #[default]
     Actual,
-    /// Stick at points whose slip direction reversed, for the next correction.
+    /// For the right side of the next correction: stick at points whose slip direction reversed, and
+    /// at points whose status departs from that of their linearised gap, the tangent of the law there
+    /// at the actual gap.
     Predicted,
+    /// As [`Predicted`](Self::Predicted), for its matrix: the laws at the linearised gaps. Points that
+    /// were open in the last linear solve have stiffness, but no tractions.
+    Linearised,
 }
 
 /// Cosine of the rotation of the slip direction between two iterates beyond which a stick state is
@@ -101,6 +111,13 @@ struct Track<const D: usize> {
     friction_traction: Vector<D>,
     /// The slip direction reversed: the next correction assumes stick.
     flipped: bool,
+    /// Whether the point had stiffness in the linear solve after the last iterate of this attempt and
+    /// in that after the one before, also of another solve.
+    closed: [Option<bool>; 2],
+    /// Gap of the last evaluation by linearisation \[m\], if it is known.
+    linear_gap: Option<f64>,
+    /// In the last iterate the point is open and its linearised gap is closed, or the opposite.
+    departs: bool,
 }
 
 impl<const D: usize> Track<D> {
@@ -126,7 +143,14 @@ fn slips_off<const D: usize>(last: &Vector<D>, point: &PointState<D>) -> bool {
 
 impl<const D: usize> Default for Track<D> {
     fn default() -> Self {
-        Self { statuses: [None; 2], friction_traction: Vector::zeros(), flipped: false }
+        Self {
+            statuses: [None; 2],
+            friction_traction: Vector::zeros(),
+            flipped: false,
+            closed: [None; 2],
+            linear_gap: None,
+            departs: false,
+        }
     }
 }
 
@@ -138,6 +162,7 @@ pub struct ContactState<const D: usize> {
     /// Memory of the accepted steps.
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
+    linear_gaps: GapLinearisation<D>,
     /// Empty until a freeze: only staggered solves hold tractions.
     held: Vec<FrozenTractions<D>>,
     /// Multipliers of the augmented laws.
@@ -157,6 +182,7 @@ impl<const D: usize> ContactState<D> {
             current: vec![PointState::default(); points],
             history: vec![History::default(); points],
             track: vec![Track::default(); points],
+            linear_gaps: GapLinearisation::default(),
             held: Vec::new(),
             multipliers: Multipliers::default(),
             adjusted: Vec::new(),
@@ -182,7 +208,7 @@ impl<const D: usize> ContactState<D> {
 
     /// Takes over the points of a state that was evaluated in the frame of a moving target.
     pub fn adopt(&mut self, frame: &BodyFrame<D>, seen: Self) {
-        self.current = seen.current;
+        (self.current, self.track, self.linear_gaps) = (seen.current, seen.track, seen.linear_gaps);
         let [at_start, to_space] = [frame.at_start(), frame.at_end()];
         for point in &mut self.current {
             point.traction_at_start = at_start * point.traction_at_start;
@@ -224,9 +250,61 @@ impl<const D: usize> ContactState<D> {
         self.current.iter().enumerate().map(depth).fold(0.0, f64::max)
     }
 
-    /// Discards iterates and safeguards. Call it at the beginning of a step or of a stage.
-    pub fn begin(&mut self) {
+    /// Discards iterates and safeguards. Call it at the beginning of an attempt.
+    pub fn begin_attempt(&mut self) {
         self.track.fill(Track::default());
+    }
+
+    /// Discards iterates and safeguards, except which points were closed. Call it at the beginning of a
+    /// solve.
+    pub fn begin(&mut self) {
+        for track in &mut self.track {
+            *track = Track { closed: track.closed, ..Track::default() };
+        }
+    }
+
+    /// Stores the linear gaps of the points at a tangent.
+    pub fn note_linear_gaps(&mut self, gaps: LinearGaps<D>) {
+        self.linear_gaps.note(gaps);
+    }
+
+    /// From now on, tangents have the gaps linearised at the last tangent, if there was one since the
+    /// last call.
+    pub fn linearise_gaps(&mut self) {
+        self.linear_gaps.advance();
+    }
+
+    /// Tangents have the gaps of the positions again. Call it also when node indices change.
+    pub fn forget_linear_gaps(&mut self) {
+        self.linear_gaps.clear();
+    }
+
+    /// The gap of point `p` by linearisation \[m\] at these places of the nodes, if it is known.
+    pub fn linear_gap(&mut self, p: usize, place: impl Fn(&GapNode<D>) -> Vector<D>) -> Option<f64> {
+        let gap = self.linear_gaps.at(p, place);
+        self.track[p].linear_gap = gap;
+        gap
+    }
+
+    /// Point `p` has no target, and so no gap.
+    pub fn forget_linear_gap(&mut self, p: usize) {
+        (self.track[p].linear_gap, self.track[p].departs) = (None, false);
+    }
+
+    /// Notes whether the status of point `p` departs from that of its linearised gap.
+    pub fn note_departure(&mut self, p: usize, departs: bool) {
+        self.track[p].departs = departs;
+    }
+
+    /// Whether the status of point `p` departs from that of its linearised gap.
+    pub fn departs(&self, p: usize) -> bool {
+        self.track[p].departs
+    }
+
+    /// Whether point `p` was closed in the last linear solve; before the first one of an attempt, at
+    /// the end of the last step.
+    pub fn was_closed(&self, p: usize) -> bool {
+        self.track[p].closed[1].unwrap_or_else(|| self.history[p].was_closed(self.touching))
     }
 
     /// Compares the current points with the last iterate and stores them as the new one. At points
@@ -246,10 +324,13 @@ impl<const D: usize> ContactState<D> {
             changes.changed += usize::from(changed);
             changes.alternating += usize::from(changed && before == Some(point.status));
             changes.flipped += usize::from(flipped);
+            changes.departed += usize::from(track.departs);
             *track = Track {
                 statuses: [Some(point.status), last],
                 friction_traction: point.friction_traction,
                 flipped,
+                closed: [Some(point.is_closed() != track.departs), track.closed[0]],
+                ..*track
             };
         }
         changes
@@ -287,13 +368,14 @@ impl<const D: usize> ContactState<D> {
         for (history, point) in self.history.iter_mut().zip(&self.current) {
             *history = history.advance(point, dt);
         }
-        self.begin();
+        self.begin_attempt();
     }
 
     /// Names of the numbers of a point that its evaluation reads, in the order of
     /// [`evaluated_from`](Self::evaluated_from).
     pub fn evaluation_names() -> Vec<String> {
-        let own = ["offset", "flipped", "fresh", "held_pressure", "held_bound"].map(str::to_owned);
+        let own = ["offset", "flipped", "fresh", "was_closed", "linear_gap", "held_pressure", "held_bound"]
+            .map(str::to_owned);
         let axes =
             |name: &'static str| ["x", "y", "z"].iter().take(D).map(move |axis| format!("{name}_{axis}"));
         let vectors = axes("held_friction").chain(axes("friction_multiplier"));
@@ -301,7 +383,7 @@ impl<const D: usize> ContactState<D> {
     }
 
     /// Number of [`evaluation_names`](Self::evaluation_names).
-    pub const EVALUATION_COLUMNS: usize = History::<D>::COLUMNS + 5 + 2 * D;
+    pub const EVALUATION_COLUMNS: usize = History::<D>::COLUMNS + 7 + 2 * D;
 
     /// What the evaluation of all points reads, point by point.
     pub fn evaluated_from(&self) -> Vec<f64> {
@@ -311,7 +393,10 @@ impl<const D: usize> ContactState<D> {
             let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
             let fresh = track.statuses[1].is_none();
             history.columns(&mut all);
-            all.extend([offset, f64::from(u8::from(track.flipped)), f64::from(u8::from(fresh))]);
+            let flags = [track.flipped, fresh, self.was_closed(p)].map(|flag| f64::from(u8::from(flag)));
+            all.push(offset);
+            all.extend(flags);
+            all.push(track.linear_gap.unwrap_or(f64::INFINITY));
             all.extend([held.normal_traction, held.bound]);
             all.extend(held.friction_traction.iter());
             all.extend(self.multipliers.friction.get(p).copied().unwrap_or_else(Vector::zeros).iter());
@@ -336,13 +421,19 @@ impl<const D: usize> ContactState<D> {
             }
             let open = Status::Open;
             let statuses = [Some(open), (own[2] == 0.0).then_some(open)];
-            self.track[p] = Track { statuses, flipped: own[1] != 0.0, ..Track::default() };
-            let (held, multiplier) = own[5..].split_at(D);
-            self.held[p] = FrozenTractions::held(own[3], own[4], Vector::from_column_slice(held));
+            let closed = [Some(own[3] != 0.0); 2];
+            self.track[p] = Track { statuses, flipped: own[1] != 0.0, closed, ..Track::default() };
+            let (held, multiplier) = own[7..].split_at(D);
+            self.held[p] = FrozenTractions::held(own[5], own[6], Vector::from_column_slice(held));
             if let Some(friction) = self.multipliers.friction.get_mut(p) {
                 *friction = Vector::from_column_slice(multiplier);
             }
         }
+        let linear_gap = |point: &[f64]| {
+            let gap = point[History::<D>::COLUMNS + 4];
+            gap.is_finite().then_some(gap)
+        };
+        self.linear_gaps.use_gaps(LinearGaps::constant(points.chunks_exact(width).map(linear_gap)));
         true
     }
 
@@ -370,7 +461,7 @@ impl<const D: usize> ContactState<D> {
             }
             Hold::FrictionTraction => Frozen { friction_traction: Some(held.friction_traction), ..nothing },
         };
-        let predicted = branches == Branches::Predicted && self.track[p].flipped;
+        let predicted = branches != Branches::Actual && self.track[p].flipped;
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
         let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
         let fresh = self.track[p].statuses[1].is_none();
@@ -446,6 +537,27 @@ mod tests {
         assert!(!next(open(), slipping(1.0)).is_two_cycle());
     }
 
+    /// Which points were closed is known across the solves of a step, and from the history at its start.
+    #[test]
+    fn closed_points_are_known_from_the_iterate_before() {
+        let mut state = ContactState::<2>::new(2);
+        let was_closed = |state: &ContactState<2>| [0, 1].map(|p| state.was_closed(p));
+        assert_eq!(was_closed(&state), [false, false]);
+        state.current = vec![PointState { gap: -0.1, ..slipping(1.0) }, open()];
+        state.iterate();
+        assert_eq!(was_closed(&state), [false, false]);
+        state.begin();
+        state.iterate();
+        assert_eq!(was_closed(&state), [true, false]);
+        state.accept(1e-3);
+        state.current = vec![open(), slipping(1.0)];
+        assert_eq!(was_closed(&state), [true, false]);
+        state.iterate();
+        assert_eq!(was_closed(&state), [true, false]);
+        state.iterate();
+        assert_eq!(was_closed(&state), [false, true]);
+    }
+
     /// A clone taken before a step restores the whole state.
     #[test]
     fn rolls_back_as_one_struct() {
@@ -476,6 +588,9 @@ mod tests {
         state.multipliers.offsets[1] = 0.25;
         state.augment_friction();
         state.multipliers.friction[0] = Vector::<2>::new(0.5, -1.5);
+        state.note_linear_gaps(LinearGaps::constant([Some(-0.5), None].into_iter()));
+        state.linearise_gaps();
+        assert_eq!([0, 1].map(|p| state.linear_gap(p, |node| node.place)), [Some(-0.5), None]);
         let mut other = ContactState::<2>::new(2);
         other.augment_friction();
         other.augment(crate::contact::multipliers::MultiplierSource::Carried);
@@ -491,6 +606,10 @@ mod tests {
             }
         }
         assert_eq!(other.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Stick);
+        for p in 0..2 {
+            assert_eq!(other.was_closed(p), state.was_closed(p));
+            assert_eq!(other.linear_gap(p, |node| node.place), state.linear_gap(p, |node| node.place));
+        }
     }
 
     /// Held tractions are those of the last freeze, and each stage holds its own.

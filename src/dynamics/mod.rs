@@ -8,7 +8,7 @@
 //! | Interface | Who uses it |
 //! |---|---|
 //! | [`ContactMonitor`] | Newton's method: counts of contact points and its safeguards |
-//! | [`PressureLinearisation`] | Newton's method: tangents of nearly incompressible bodies |
+//! | [`PressureLinearisation`] | Newton's method: tangents of nearly incompressible bodies and of contact |
 //! | [`Staging`] | the staggered strategy: what a stage holds fixed |
 //! | [`Augmentation`] | the augmented Lagrangian: multipliers and requested penetration |
 //! | [`FloatingBodies`] | statics: motions that no support resists |

@@ -309,6 +309,7 @@ impl Attempt<'_> {
         journal: &mut Journal<D>,
     ) -> Result<Outcome> {
         self.scheme.prepare(stage, self.control.dt(), self.control.end_of_step())?;
+        system.begin_attempt();
         journal.attempt(stage);
         let moved = match self.scheme.has_inertia() {
             true => {
@@ -325,6 +326,7 @@ impl Attempt<'_> {
                 converged => return Ok(converged),
             }
         }
+        system.begin_attempt();
         stage.trial.u.copy_from(&stage.start.u)?;
         if system.has_moving_tools()
             && !self.scheme.has_inertia()

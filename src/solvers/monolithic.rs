@@ -3,7 +3,8 @@
 //!
 //! Contact causes three difficulties, each with its remedy (theory, section 5.2):
 //!
-//! - Points open and close in turn. A line search minimises the residual.
+//! - Points open and close in turn. Tangents have the gaps linearised at the iterate before, see
+//!   [`PressureLinearisation`](crate::dynamics::PressureLinearisation), and a line search minimises the residual.
 //! - A whole interface reverses its slip in turn. The correction assumes stick there, see
 //!   [`ContactMonitor::predicts`].
 //! - The trial state has det F <= 0. The correction is halved.
@@ -29,19 +30,6 @@ use crate::dynamics::{
 use crate::error::{Error, Result};
 use crate::petsc::Vector;
 use crate::terms::Terms;
-
-/// Residual, relative to the largest force, above which pressures are still far from those of the
-/// solution.
-///
-/// A deep initial guess has a thousand times the final pressures, and their geometric stiffness
-/// misleads the iteration. Hertz's cylinder takes 45 iterations with it and 24 without; a tenth of
-/// this value gives the same result.
-const FAR: f64 = 0.1;
-
-/// The subset of `terms` that a tangent contains at this residual.
-fn terms_at(now: &Residual, terms: Terms) -> Terms {
-    if now.norm > FAR * now.scale { terms - Terms::NORMAL_GEOMETRY } else { terms }
-}
 
 /// Convergence criteria of Newton's method, and its safeguards.
 #[derive(Debug, Clone, PartialEq)]
@@ -384,7 +372,7 @@ impl Monolithic {
                 self.linear.solve_system(system, stage, true, &self.rhs, &mut self.correction, tolerance)?;
             return Ok(solved.ok_or(UNSOLVED));
         }
-        system.jacobian(stage, terms_at(&now, self.settings.terms), None)?;
+        system.jacobian(stage, self.settings.terms, None)?;
         if !system.matrix().norm_frobenius()?.is_finite() {
             return Ok(Err((Trouble::Numbers, "the tangent matrix is not finite")));
         }
@@ -401,8 +389,8 @@ impl Monolithic {
         };
         self.release(system, stage, allowed * now.scale)?;
         let asked = self.forcing.next(now.norm, self.target * now.scale);
-        // A residual with stick assumed beyond the bound is far out of balance. The linear error
-        // must be no larger than for the true residual.
+        // A residual with stick assumed beyond the bound, or with the law of a closed point at an open
+        // gap, is far out of balance. The linear error must be no larger than for the true residual.
         let tolerance = match system.predicts() {
             true => (asked * now.norm / self.rhs.norm()?).max(Self::PREDICTED).min(asked),
             false => asked,

@@ -117,3 +117,43 @@ fn circles_are_left_on_1_2_ranks() {
     }
     assert_eq!(monolithic.record()["steps"].as_u64(), Some(60));
 }
+
+/// A box of hexahedra pressed onto another with a different mesh and dragged until all points slip, in
+/// one increment. Facets turn under a penalty of a thousand times E / h, whose pressures change by far
+/// more than their first-order part. With the pressures of the iterate in the tangent it takes 58
+/// corrections and a cut step, with the linearised ones 5.
+#[test]
+fn slip_under_a_stiff_penalty_takes_few_corrections_on_1_2_3_ranks() {
+    let text = "
+dimension: 3
+bodies:
+  lower:
+    mesh: { box: { min: [0, 0, 0], max: [1, 1, 0.5], cells: [6, 6, 3], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 1.0e7, poisson_ratio: 0.3 } }
+    kinematics: finite
+  upper:
+    mesh: { box: { min: [0, 0, 0.5], max: [1, 1, 1], cells: [5, 5, 3], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 1.0e7, poisson_ratio: 0.3 } }
+    kinematics: finite
+contact:
+  joint:
+    contactor: upper.bottom
+    target: lower.top
+    normal: { penalty: { compliance: 1.6667e-11 } }
+    friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 6.0e10 } } }
+boundary:
+  base: { on: lower.bottom, displacement: { x: 0, y: 0, z: 0 } }
+  press: { on: upper.top, displacement: { x: \"0.02 * t\", y: 0, z: \"-0.005 * t\" } }
+time: { end: 1, scheme: { static: { increments: 1 } } }
+solver: { linear: direct, newton: { inexact: false, tolerance: 1.0e-8 } }
+output: { probes: { corner: { at: [1, 1, 1], on: upper } } }
+";
+    let alone = Results::of(text, 1);
+    let iterations = alone.table("iterations.csv");
+    let counts = iterations.numbers("iteration");
+    assert!(counts.last().is_some_and(|count| *count <= 8.0) && counts.len() <= 9, "{counts:?}");
+    for ranks in [2, 3] {
+        let apart = apart(&alone, &Results::of(text, ranks));
+        assert!(apart < 1e-7, "{ranks} ranks: {apart}");
+    }
+}

@@ -11,10 +11,11 @@ use super::obstacle::{PlacedObstacle, rule_of};
 use super::overlap::{ActivePair, Overlap};
 use super::surface::{VertexFacet, VertexSize, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
+use crate::contact::linearised::{GapNode, LinearGaps};
 use crate::contact::nodal::at;
 use crate::contact::point::{ContactLaw, Manner, PointState, Slopes, TermSelection};
 use crate::contact::rigid::BodyFrame;
-use crate::contact::state::ContactState;
+use crate::contact::state::{Branches, ContactState};
 use crate::contact::target::ContactTarget;
 use crate::rounding;
 use crate::tensor::Vector;
@@ -217,7 +218,7 @@ impl<const D: usize> VertexContact<D> {
         let values = self.values(candidates, &[fields.u, fields.u_start, fields.v]);
         let overlap =
             candidates.overlap.at(values, || self.integrate(candidates.couples(), fields, Instant::Iterate));
-        let slopes = self.respond(&overlap.sums, request, state);
+        let slopes = self.respond(&overlap.sums, fields, request, state);
         match &request.stiffness {
             None => self.add_forces(&overlap.pairs, &state.current, sink),
             Some(selection) => self.add_stiffness(&overlap, &slopes, fields, selection, state, sink),
@@ -376,10 +377,20 @@ impl<const D: usize> VertexContact<D> {
         }
     }
 
+    /// Displacement of a node, or its position as seen from a moving target \[m\].
+    fn place(&self, node: u32, reference: &Vector<D>, fields: &ContactFields<'_>) -> Vector<D> {
+        let u = at(fields.u, node);
+        match self.target.frame() {
+            None => u,
+            Some(frame) => frame.see(reference, &at(fields.u_start, node), &u, &at(fields.v, node)).iterate,
+        }
+    }
+
     /// Evaluates the laws of all vertices.
     fn respond(
         &self,
         sums: &[VertexSums<D>],
+        fields: &ContactFields<'_>,
         request: &ContactRequest,
         state: &mut ContactState<D>,
     ) -> Vec<Option<Slopes<D>>> {
@@ -389,13 +400,35 @@ impl<const D: usize> VertexContact<D> {
                 let gap = self.free_gap(sums);
                 let sunk = sums.sunk(state.adjusted(vertex));
                 state.current[vertex] = PointState { gap, sunk, ..PointState::default() };
+                state.forget_linear_gap(vertex);
                 all.push(None);
                 continue;
             }
             let manner = state.manner(vertex, request.hold, request.branches);
             let manner = Manner { damping: request.damping, ..manner };
-            let (point, slopes) =
-                sums.respond(&self.law, &state.history[vertex], state.adjusted(vertex), &manner);
+            let history = state.history[vertex];
+            let linear = state.linear_gap(vertex, |node| self.place(node.node, &node.reference, fields));
+            let gap = sums.gap() - state.adjusted(vertex);
+            let respond = |gap| sums.respond(&self.law, &history, gap, state.adjusted(vertex), &manner);
+            let (mut point, slopes) = match (request.branches, linear) {
+                (Branches::Predicted, Some(linear)) if state.departs(vertex) => {
+                    let (point, slopes) = respond(linear);
+                    (point.extrapolated(slopes.as_ref(), gap - linear), slopes)
+                }
+                (Branches::Linearised, Some(linear)) => respond(linear),
+                _ => respond(gap),
+            };
+            match request.branches {
+                Branches::Actual => {
+                    let apart = manner.is_apart(gap);
+                    let departs = linear.is_some_and(|linear| manner.is_apart(linear) != apart);
+                    state.note_departure(vertex, departs);
+                }
+                Branches::Linearised if linear.is_none() && !state.was_closed(vertex) => {
+                    point = point.without_tractions();
+                }
+                _ => {}
+            }
             state.current[vertex] = point;
             all.push(slopes);
         }
@@ -441,10 +474,11 @@ impl<const D: usize> VertexContact<D> {
         slopes: &[Option<Slopes<D>>],
         fields: &ContactFields<'_>,
         selection: &TermSelection,
-        state: &ContactState<D>,
+        state: &mut ContactState<D>,
         sink: &mut impl ContactSink,
     ) {
         let Overlap { pairs, sums } = overlap;
+        let mut linear_gaps = LinearGaps::new(slopes.len());
         let wanted = |vertex: usize| slopes[vertex].is_some();
         let mut rows = self.nodes_of(&[pairs], slopes.len(), wanted);
         self.accumulate(pairs, &mut rows);
@@ -459,12 +493,27 @@ impl<const D: usize> VertexContact<D> {
             let p = row.vertex;
             let Some(slopes) = &slopes[p] else { continue };
             sums[p].normalise(&state.history[p], row);
+            linear_gaps.set(p, sums[p].gap() - state.adjusted(p), self.gap_nodes(row, fields));
             clear_block::<D>(&mut block, row.nodes.len());
             add_stiffness(&state.current[p], slopes, &row.nodes, selection, spin.as_ref(), &mut block);
             nodes.clear();
             nodes.extend(row.nodes.iter().map(|node| node.node));
             sink.stiffness(p, &nodes, &block);
         }
+        if selection.joint.is_none() {
+            state.note_linear_gaps(linear_gaps);
+        }
+    }
+
+    /// The nodes of a vertex with the derivatives of its gap.
+    fn gap_nodes(&self, row: &VertexRows<D>, fields: &ContactFields<'_>) -> impl Iterator<Item = GapNode<D>> {
+        let of = |(node, reference): (&VertexNode<D>, &Vector<D>)| GapNode {
+            node: node.node,
+            reference: *reference,
+            place: self.place(node.node, reference, fields),
+            slope: node.gap,
+        };
+        row.nodes.iter().zip(&row.reference_points).map(of)
     }
 
     /// Adds the stiffness of the frozen quantities at the vertices.

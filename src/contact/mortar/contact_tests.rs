@@ -233,6 +233,127 @@ fn the_tangent_is_the_derivative_of_the_force() {
     }
 }
 
+/// How far two arrays differ, relative to the largest entry of the second.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let largest = b.iter().fold(0.0f64, |most, b| most.max(b.abs()));
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest
+}
+
+/// Linear gaps follow the gaps in first order. At the linearised gaps, forces and matrix are those of a
+/// surface that is offset by the difference.
+#[test]
+fn laws_at_linearised_gaps_are_those_of_an_offset_surface() {
+    fn check<const D: usize>(element: ElementKind, regularization: Regularization) {
+        let law = penalty(Some(coulomb(0.4, regularization)));
+        let mut scene = PairScene::<D>::bent(element, element, law);
+        let terms = TermSelection { terms: Terms::ALL, velocity_shift: SHIFT, joint: None };
+        scene.evaluate(&ContactRequest { stiffness: Some(terms), ..ContactRequest::default() });
+        scene.state.linearise_gaps();
+        let linearised = ContactRequest { branches: Branches::Linearised, ..ContactRequest::default() };
+        let direction = scatter(scene.u.len(), 13);
+        let gaps_at = |size: f64, request: &ContactRequest| -> Vec<f64> {
+            let mut moved = scene.clone();
+            moved.u.iter_mut().zip(&direction).for_each(|(u, d)| *u += size * d);
+            moved.evaluate(request);
+            moved.state.current.iter().filter(|point| point.is_closed()).map(|point| point.gap).collect()
+        };
+        let error = |size| {
+            let [linear, true_gaps] = [&linearised, &ContactRequest::default()].map(|r| gaps_at(size, r));
+            assert!(!linear.is_empty() && linear.len() == true_gaps.len());
+            linear.iter().zip(&true_gaps).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let (large, small) = (error(4e-4), error(2e-4));
+        assert!((large / small).log2() > 1.9 && error(0.0) < 1e-15, "{element}: {large} {small}");
+
+        // Each point has its own difference.
+        let points = scene.state.current.clone();
+        let offset = |p: usize| 2e-3 * (1.0 + (p % 3) as f64);
+        let constant = |(p, point): (usize, &PointState<D>)| point.is_closed().then(|| point.gap - offset(p));
+        let mut offset_surface = scene.clone();
+        offset_surface.state.forget_linear_gaps();
+        offset_surface.state.current.iter_mut().enumerate().for_each(|(p, point)| point.gap = offset(p));
+        offset_surface.state.adjust(f64::MAX);
+        scene.state.note_linear_gaps(LinearGaps::constant(points.iter().enumerate().map(constant)));
+        scene.state.linearise_gaps();
+        let force = |scene: &PairScene<D>, request| scene.force_at(&scene.u, request);
+        let actual = ContactRequest::default();
+        let forces = difference(&force(&scene, &linearised), &force(&offset_surface, &actual));
+        let without = difference(&force(&scene, &actual), &force(&offset_surface, &actual));
+        let matrices = difference(
+            &scene.selected(Terms::ALL, &linearised, None),
+            &offset_surface.selected(Terms::ALL, &actual, None),
+        );
+        assert!(forces < 1e-12 && matrices < 1e-12, "{element}: {forces:e} {matrices:e}");
+        assert!(without > 1e-2, "{element}: {without:e}");
+    }
+    for regularization in [regimes()[0], regimes()[3], regimes()[4]] {
+        check::<2>(ElementKind::Quad4, regularization);
+        check::<3>(ElementKind::Hex8, regularization);
+    }
+}
+
+/// Points whose status departs from that of the linearised gap get the force of that status for the
+/// next correction: the law's tangent beyond an open gap, or none at a closed one.
+#[test]
+fn departed_points_are_corrected_by_their_linearised_status() {
+    let stick = Regularization::stick_velocity(1e-4);
+    let at_height = |height: f64, linear: Option<f64>| {
+        let mut scene = PairScene::<2>::pressed(ElementKind::Quad4, ElementKind::Quad4);
+        scene.contact.law = penalty(Some(coulomb(0.4, stick)));
+        for node in (0..scene.mesh.points.len()).filter(|&node| is_upper(&scene, node)).collect::<Vec<_>>() {
+            scene.u[2 * node + 1] += height + OVERLAP;
+            scene.v[2 * node] = 1.0;
+        }
+        let points = scene.state.current.len();
+        scene.state.note_linear_gaps(LinearGaps::constant((0..points).map(|_| linear)));
+        scene.state.linearise_gaps();
+        let actual = scene.evaluate(&ContactRequest::default()).force;
+        let departed = scene.state.iterate().departed;
+        let request = ContactRequest { branches: Branches::Predicted, ..ContactRequest::default() };
+        (actual, departed, scene.evaluate(&request).force, points)
+    };
+    let (none, departed, pulled, points) = at_height(0.01, Some(-0.02));
+    assert!(none.iter().all(|force| *force == 0.0) && departed == points);
+    let (pushed, departed, same, _) = at_height(-0.01, None);
+    assert!(departed == 0 && same == pushed);
+    let opposite: Vec<f64> = pushed.iter().map(|force| -force).collect();
+    assert!(difference(&pulled, &opposite) < 1e-12);
+    let (pushed, departed, dropped, _) = at_height(-0.01, Some(0.02));
+    assert!(pushed.iter().any(|force| *force != 0.0) && departed == points);
+    assert!(dropped.iter().all(|force| *force == 0.0));
+    // A held bound acts at every gap, and does not hide that the normal law is open.
+    let mut scene = PairScene::<2>::pressed(ElementKind::Quad4, ElementKind::Quad4);
+    scene.evaluate(&ContactRequest::default());
+    scene.state.current.iter_mut().for_each(|point| point.bound = 1.0);
+    scene.state.freeze(crate::contact::state::Keep::Pressure);
+    scene.state.note_linear_gaps(LinearGaps::constant((0..points).map(|_| Some(0.02))));
+    scene.state.linearise_gaps();
+    let hold = crate::contact::state::Hold::Bound;
+    scene.evaluate(&ContactRequest { hold, ..ContactRequest::default() });
+    assert_eq!(scene.state.iterate().departed, points);
+}
+
+/// A point that was open in the linear solve has stiffness, but its depth carries no traction under
+/// which the geometry changes.
+#[test]
+fn newly_closed_points_have_no_traction_in_the_tangent() {
+    let mut scene = PairScene::<2>::pressed(ElementKind::Quad4, ElementKind::Quad4);
+    let request = ContactRequest { branches: Branches::Linearised, ..ContactRequest::default() };
+    let largest = |scene: &PairScene<2>, terms| {
+        scene.selected(terms, &request, None).iter().fold(0.0f64, |most, entry| most.max(entry.abs()))
+    };
+    assert!(largest(&scene, Terms::NORMAL_CONTACT) > 0.0);
+    assert_eq!(largest(&scene, Terms::NORMAL_GEOMETRY), 0.0);
+    // Neither in the iterate that found it closed, nor in one more after a step.
+    scene.evaluate(&ContactRequest::default());
+    scene.state.iterate();
+    assert_eq!(largest(&scene, Terms::NORMAL_GEOMETRY), 0.0);
+    scene.state.iterate();
+    assert!(largest(&scene, Terms::NORMAL_GEOMETRY) > 0.0);
+    scene.state.accept(1e-3);
+    assert!(largest(&scene, Terms::NORMAL_GEOMETRY) > 0.0);
+}
+
 /// The individual terms add up to the full matrix.
 #[test]
 fn terms_add_up() {

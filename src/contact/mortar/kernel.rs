@@ -175,7 +175,8 @@ impl<const D: usize> VertexSums<D> {
         (self.depth + adjusted).max(0.0)
     }
 
-    /// Evaluates the laws; `adjusted` is the initial overclosure that is treated as zero gap \[m\].
+    /// Evaluates the laws at a gap, without the initial overclosure `adjusted` that is treated as zero
+    /// gap \[m\].
     ///
     /// The slip increment of the return map excludes the rotation of the normal, `d = sum c_a du_a
     /// - g (n - n_old)`. A common rotation of both sides therefore produces no slip.
@@ -183,6 +184,7 @@ impl<const D: usize> VertexSums<D> {
         &self,
         law: &ContactLaw,
         history: &History<D>,
+        gap: f64,
         adjusted: f64,
         manner: &Manner<D>,
     ) -> (PointState<D>, Option<Slopes<D>>) {
@@ -190,7 +192,7 @@ impl<const D: usize> VertexSums<D> {
         let [velocity, increment] = self.slips.map(|slip| slip / self.area);
         let turned = turn(&normal, history) * self.mean_gap();
         let relation = Relation {
-            gap: self.gap() - adjusted,
+            gap,
             normal,
             area: self.area,
             velocity,

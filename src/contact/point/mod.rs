@@ -93,6 +93,14 @@ pub struct Manner<const D: usize> {
     pub damping: ActiveDamping,
 }
 
+impl<const D: usize> Manner<D> {
+    /// Whether the normal law is open at this gap \[m\]. A gap that is not a number is closed: the forces
+    /// then show it.
+    pub fn is_apart(&self, gap: f64) -> bool {
+        gap - self.offset > self.touching
+    }
+}
+
 /// Derivatives of the tractions at a closed point, from which the stiffness is assembled.
 #[derive(Debug, Clone, Copy)]
 pub struct Slopes<const D: usize> {
@@ -165,7 +173,7 @@ pub fn tractions<const D: usize>(
     // Work of damping by the trapezoidal rule, like the integrators.
     let damping_work =
         |now: Vector<D>| -0.5 * (relation.history.damping_traction + now).dot(&relation.displacement);
-    if shifted > manner.touching && !frozen.presses() {
+    if manner.is_apart(relation.gap) && !frozen.presses() {
         let damping_work = damping_work(Vector::zeros());
         return (PointState { slip_velocity, slip_increment, damping_work, ..state }, None);
     }

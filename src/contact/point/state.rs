@@ -1,5 +1,6 @@
 //! State of a contact point, which is reported, compared between iterates and frozen.
 
+use super::Slopes;
 use crate::tensor::Vector;
 
 /// Open, or closed and stuck or slipping. A frictionless closed point slips.
@@ -133,6 +134,28 @@ impl<const D: usize> PointState<D> {
     /// Traction of damping, along the normal and along the surface \[Pa\], on the contactor.
     pub fn damping_traction(&self) -> Vector<D> {
         self.normal * self.normal_damping + self.viscous_traction
+    }
+
+    /// The state with the tractions of the tangent of the law at a gap larger by `change` \[m\].
+    #[must_use]
+    pub(in crate::contact) fn extrapolated(&self, slopes: Option<&Slopes<D>>, change: f64) -> Self {
+        let Some(slopes) = slopes else { return *self };
+        Self {
+            normal_traction: self.normal_traction + slopes.normal * change,
+            friction_traction: self.friction_traction + slopes.by_gap * change,
+            ..*self
+        }
+    }
+
+    /// The state without tractions, as at a closed point that merely touches.
+    #[must_use]
+    pub(in crate::contact) fn without_tractions(&self) -> Self {
+        Self {
+            normal_traction: 0.0,
+            friction_traction: Vector::zeros(),
+            viscous_traction: Vector::zeros(),
+            ..*self
+        }
     }
 
     /// `t = t_n n + t_T` \[Pa\], on the contactor.

@@ -1,6 +1,6 @@
 //! Initial guess for moving supports: prescribed unknowns move the free ones with them.
 
-use super::{Monolithic, terms_at};
+use super::Monolithic;
 use crate::dynamics::{Dynamics, Lift, Stage};
 use crate::error::Result;
 
@@ -33,7 +33,7 @@ impl Monolithic {
         self.rhs.scale(-1.0)?;
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
         self.kept.discard();
-        system.jacobian(stage, terms_at(&now, self.settings.terms), Some(lift))?;
+        system.jacobian(stage, self.settings.terms, Some(lift))?;
         if !system.matrix().norm_frobenius()?.is_finite() {
             return Ok(false);
         }
