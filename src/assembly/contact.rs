@@ -291,8 +291,6 @@ impl<const D: usize> LocalContact<D> {
         step: impl Fn(u32) -> Vector<D>,
         below: f64,
     ) -> Result<()> {
-        // The indices of the target's nodes change.
-        self.state.forget_linear_gaps();
         self.pair.gather(world, local, positions, step, below)
     }
 

@@ -123,6 +123,12 @@ impl<const D: usize> ContactSystem<D> {
             contact.gather(world, &self.bodies.local, &positions, step, *below)?;
         }
         let mut interface = self.meet()?;
+        if let Some(before) = &self.interface {
+            let index = &self.bodies.local.index;
+            let [before, now] = [before, &interface].map(|interface| interface.numbering(index));
+            let new = |node| now.known(before.global(node));
+            self.contacts.iter_mut().for_each(|contact| contact.state.renumber(new));
+        }
         interface.bring(world, fields);
         Ok(interface)
     }

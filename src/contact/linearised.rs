@@ -36,7 +36,7 @@ impl<const D: usize> LinearGaps<D> {
         Self { points: vec![None; points], nodes: Vec::new() }
     }
 
-    /// Gaps that do not depend on any node.
+    /// Gaps that depend on no node, one of each point that has one.
     pub fn constant(gaps: impl Iterator<Item = Option<f64>>) -> Self {
         Self { points: gaps.map(|gap| gap.map(|gap| (gap, 0..0))).collect(), nodes: Vec::new() }
     }
@@ -46,6 +46,19 @@ impl<const D: usize> LinearGaps<D> {
         let first = self.nodes.len();
         self.nodes.extend(nodes);
         self.points[p] = Some((gap, first..self.nodes.len()));
+    }
+
+    fn renumber(&mut self, new: impl Fn(u32) -> Option<u32>) {
+        for point in &mut self.points {
+            let known = point.as_ref().is_none_or(|(_, nodes)| {
+                self.nodes[nodes.clone()]
+                    .iter_mut()
+                    .all(|node| new(node.node).map(|new| node.node = new).is_some())
+            });
+            if !known {
+                *point = None;
+            }
+        }
     }
 
     /// The gap of point `p` at these places of the nodes \[m\], if it is known.
@@ -86,6 +99,13 @@ impl<const D: usize> GapLinearisation<D> {
     /// Forgets all gaps.
     pub fn clear(&mut self) {
         *self = Self::default();
+    }
+
+    /// Follows nodes to their new indices. Points with a node that is no longer known have no gap from now
+    /// on.
+    pub fn renumber(&mut self, new: impl Fn(u32) -> Option<u32>) {
+        let used = self.used.as_mut().map(Rc::make_mut);
+        used.into_iter().chain(&mut self.next).for_each(|gaps| gaps.renumber(&new));
     }
 
     /// The gap of point `p` at these places of the nodes \[m\], if it is known.
@@ -142,5 +162,22 @@ mod tests {
         assert_eq!(first(&all), Some(3.0));
         all.clear();
         assert_eq!(first(&all), None);
+    }
+
+    /// Gaps follow their nodes to new indices, and are forgotten with a node that is gone.
+    #[test]
+    fn gaps_follow_their_nodes() {
+        let mut all = GapLinearisation::default();
+        all.use_gaps(gaps(1.0));
+        all.note(gaps(2.0));
+        all.renumber(|node| (node != 1).then_some(node + 10));
+        for size in [1.0, 2.0] {
+            let moved = |node: &GapNode<2>| {
+                assert_eq!(node.node, 17);
+                node.place + Vector::<2>::new(0.0, 1.0)
+            };
+            assert_eq!([all.at(0, moved), all.at(2, moved)], [None, Some(3.0 - size)]);
+            all.advance();
+        }
     }
 }

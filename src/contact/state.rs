@@ -90,8 +90,7 @@ pub enum Branches {
     #[default]
     Actual,
     /// For the right side of the next correction: stick at points whose slip direction reversed, and
-    /// at points whose status departs from that of their linearised gap, the tangent of the law there
-    /// at the actual gap.
+    /// the tangents of the laws at the linearised gaps, continued to the gaps.
     Predicted,
     /// As [`Predicted`](Self::Predicted), for its matrix: the laws at the linearised gaps. Points that
     /// were open in the last linear solve have stiffness, but no tractions.
@@ -250,9 +249,13 @@ impl<const D: usize> ContactState<D> {
         self.current.iter().enumerate().map(depth).fold(0.0, f64::max)
     }
 
-    /// Discards iterates and safeguards. Call it at the beginning of an attempt.
+    /// Discards iterates and safeguards. Call it at the beginning of an attempt, whose linearised gaps are
+    /// first those at the end of the last step. Points that were open then have none.
     pub fn begin_attempt(&mut self) {
         self.track.fill(Track::default());
+        let closed = |history: &History<D>| history.was_closed(self.touching) && history.gap.is_finite();
+        let gap = |history: &History<D>| closed(history).then_some(history.gap);
+        self.linear_gaps.use_gaps(LinearGaps::constant(self.history.iter().map(gap)));
     }
 
     /// Discards iterates and safeguards, except which points were closed. Call it at the beginning of a
@@ -274,9 +277,14 @@ impl<const D: usize> ContactState<D> {
         self.linear_gaps.advance();
     }
 
-    /// Tangents have the gaps of the positions again. Call it also when node indices change.
+    /// Tangents have the gaps of the positions again.
     pub fn forget_linear_gaps(&mut self) {
         self.linear_gaps.clear();
+    }
+
+    /// Follows nodes to their new indices; `None` for a node that is no longer near.
+    pub fn renumber(&mut self, new: impl Fn(u32) -> Option<u32>) {
+        self.linear_gaps.renumber(new);
     }
 
     /// The gap of point `p` by linearisation \[m\] at these places of the nodes, if it is known.
@@ -294,11 +302,6 @@ impl<const D: usize> ContactState<D> {
     /// Notes whether the status of point `p` departs from that of its linearised gap.
     pub fn note_departure(&mut self, p: usize, departs: bool) {
         self.track[p].departs = departs;
-    }
-
-    /// Whether the status of point `p` departs from that of its linearised gap.
-    pub fn departs(&self, p: usize) -> bool {
-        self.track[p].departs
     }
 
     /// Whether point `p` was closed in the last linear solve; before the first one of an attempt, at

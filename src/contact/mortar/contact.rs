@@ -411,7 +411,7 @@ impl<const D: usize> VertexContact<D> {
             let gap = sums.gap() - state.adjusted(vertex);
             let respond = |gap| sums.respond(&self.law, &history, gap, state.adjusted(vertex), &manner);
             let (mut point, slopes) = match (request.branches, linear) {
-                (Branches::Predicted, Some(linear)) if state.departs(vertex) => {
+                (Branches::Predicted, Some(linear)) => {
                     let (point, slopes) = respond(linear);
                     (point.extrapolated(slopes.as_ref(), gap - linear), slopes)
                 }
