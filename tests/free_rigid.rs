@@ -315,6 +315,55 @@ fn a_tool_that_is_lifted_is_named() {
     }
 }
 
+/// A disc stands above a floor, and a force presses a free lid on it from above: nothing carries the force
+/// before both gaps of up to 0.02 mm are closed. One attempt finds the equilibrium in which floor and lid carry
+/// the force.
+#[test]
+fn a_force_closes_the_gaps_on_both_sides_of_a_disc() {
+    let case = |modulus: f64, force: f64| {
+        format!(
+            "dimension: 2
+units: {{ length: mm, mass: t, time: s }}
+bodies:
+  disc:
+    mesh:
+      box:
+        min: [-1, -1]
+        max: [1, 1]
+        cells: [15, 15]
+        map: {{ x: '10 * x * sqrt(1 - y^2 / 2)', y: '10 + 10 * y * sqrt(1 - x^2 / 2)' }}
+    material: {{ saint_venant_kirchhoff: {{ young_modulus: {modulus}, poisson_ratio: 0.3 }} }}
+rigid:
+  floor: {{ shape: {{ plane: {{ point: [0, 0], normal: [0, 1] }} }} }}
+  lid:
+    shape: {{ plane: {{ point: [0, 20], normal: [0, -1] }} }}
+    free: {{ fixed: [ux, rz], force: {{ y: '-{force} * t' }} }}
+contact:
+  bottom: {{ contactor: disc.bottom, target: floor, friction: none }}
+  top: {{ contactor: disc.top, target: lid, friction: none }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 4 }} }} }}
+output: {{ fields: {{ every: 0 }} }}
+"
+        )
+    };
+    for (modulus, force, ranks) in [(10.0, 1.0, 1), (30.0, 20.0, 1), (30.0, 20.0, 2), (300.0, 20.0, 3)] {
+        let results = Results::of(&case(modulus, force), ranks);
+        let contact = results.table("contact.csv");
+        for name in ["top", "bottom"] {
+            let carried = contact.only("contact", name).last("force_n");
+            assert!(
+                (carried / force - 1.0).abs() < 1e-6,
+                "{modulus} MPa on {ranks} ranks, {name}: {carried}"
+            );
+        }
+        let attempts = results.table("iterations.csv").numbers("attempt");
+        assert!(
+            attempts.iter().all(|attempt| *attempt == 1.0),
+            "{modulus} MPa on {ranks} ranks: {attempts:?}"
+        );
+    }
+}
+
 /// Pressing by a force gives the same results with each solver and on 1 to 4 ranks.
 #[test]
 fn solvers_and_ranks_agree_on_a_free_body() {

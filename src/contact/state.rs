@@ -561,6 +561,25 @@ mod tests {
         assert_eq!(was_closed(&state), [false, true]);
     }
 
+    /// The linearised gaps of an attempt begin at the end of the last step, at points that were closed there.
+    #[test]
+    fn attempts_begin_with_the_gaps_of_the_last_step() {
+        let mut state = ContactState::<2>::new(3);
+        state.current =
+            vec![PointState { gap: -0.1, ..slipping(1.0) }, PointState { gap: 0.2, ..open() }, open()];
+        state.accept(1e-3);
+        state.begin();
+        let gaps = |state: &mut ContactState<2>| [0, 1, 2].map(|p| state.linear_gap(p, |node| node.place));
+        assert_eq!(gaps(&mut state), [Some(-0.1), None, None]);
+        state.note_linear_gaps(LinearGaps::constant([None, Some(0.5), None].into_iter()));
+        state.linearise_gaps();
+        assert_eq!(gaps(&mut state), [None, Some(0.5), None]);
+        state.begin_attempt();
+        assert_eq!(gaps(&mut state), [Some(-0.1), None, None]);
+        state.forget_linear_gaps();
+        assert_eq!(gaps(&mut state), [None; 3]);
+    }
+
     /// A clone taken before a step restores the whole state.
     #[test]
     fn rolls_back_as_one_struct() {

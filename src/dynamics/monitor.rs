@@ -44,8 +44,8 @@ pub trait ContactMonitor: Equations {
         false
     }
 
-    /// Computes the residual with stick assumed where the slip direction flipped, and with the status of
-    /// the linearised gap where that of the gap departs from it. Collective.
+    /// Computes the residual with stick assumed where the slip direction flipped, and with the laws of
+    /// contact continued from the linearised gaps to the gaps. Collective.
     ///
     /// It is the right side of the next correction, and [`Equations::jacobian`] always assembles the
     /// matching matrix. Call it after [`Equations::residual`] at the same state, because it

@@ -4,7 +4,7 @@
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
 use crate::contact::mortar::surface::SharpEdges;
-use crate::contact::normal::NORMAL_LAWS;
+use crate::contact::normal::{NORMAL_LAWS, NormalPowerLaw};
 use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, penalty, target};
 use crate::contact::point::TermSelection;
 use crate::contact::point::step::stored;
@@ -331,6 +331,50 @@ fn departed_points_are_corrected_by_their_linearised_status() {
     let hold = crate::contact::state::Hold::Bound;
     scene.evaluate(&ContactRequest { hold, ..ContactRequest::default() });
     assert_eq!(scene.state.iterate().departed, points);
+}
+
+/// Matrix and right side of the next correction have the laws at the same gap: with the slopes of the matrix,
+/// the forces at the linearised gaps continue to those of the right side.
+#[test]
+fn right_sides_continue_the_laws_from_the_linearised_gaps() {
+    let height = 0.01;
+    let normal = NormalPowerLaw::of(1e9, 2.0).into();
+    let friction = Some(coulomb(0.4, Regularization::stick_velocity(1e-4)));
+    let mut scene = PairScene::<2>::pressed(ElementKind::Quad4, ElementKind::Quad4);
+    scene.contact.law = ContactLaw { normal, ..penalty(friction) };
+    let upper = |scene: &PairScene<2>| -> Vec<usize> {
+        (0..scene.mesh.points.len()).filter(|&node| is_upper(scene, node)).collect()
+    };
+    let nodes = upper(&scene);
+    nodes.iter().for_each(|node| scene.v[2 * node] = 1.0);
+    let gaps: Vec<f64> = scene.state.current.iter().map(|_| -OVERLAP - height).collect();
+    scene.state.note_linear_gaps(LinearGaps::constant(gaps.into_iter().map(Some)));
+    scene.state.linearise_gaps();
+    let at = |scene: &mut PairScene<2>, branches| {
+        scene.evaluate(&ContactRequest { branches, ..ContactRequest::default() }).force
+    };
+    let [linear, predicted] =
+        [Branches::Linearised, Branches::Predicted].map(|branches| at(&mut scene.clone(), branches));
+    // Of p = c d^2 at the linearised depth d, and its tangent at the depth d - height.
+    let depth = OVERLAP + height;
+    let continued: Vec<f64> = linear.iter().map(|force| force * (1.0 - 2.0 * height / depth)).collect();
+    assert!(difference(&predicted, &continued) < 1e-12);
+    assert!(difference(&at(&mut scene.clone(), Branches::Actual), &continued) > 0.01);
+
+    // All points reverse, and the next correction assumes stick. The linear solve then ends all slip: the matrix
+    // times the slip is the force.
+    scene.evaluate(&ContactRequest::default());
+    scene.state.iterate();
+    nodes.iter().for_each(|node| scene.v[2 * node] = -1.0);
+    scene.evaluate(&ContactRequest::default());
+    assert_eq!(scene.state.iterate().flipped, scene.state.current.len());
+    let request = ContactRequest { branches: Branches::Linearised, ..ContactRequest::default() };
+    let damping = scene.selected(Terms::FRICTION_DAMPING, &request, None);
+    let resistance = damping.chunks_exact(scene.v.len());
+    let resistance = resistance.map(|row| row.iter().zip(&scene.v).map(|(k, v)| -k * v).sum::<f64>() / SHIFT);
+    let resistance: Vec<f64> = resistance.step_by(2).collect();
+    let friction: Vec<f64> = at(&mut scene, Branches::Predicted).into_iter().step_by(2).collect();
+    assert!(difference(&resistance, &friction) < 1e-12);
 }
 
 /// A point that was open in the linear solve has stiffness, but its depth carries no traction under
