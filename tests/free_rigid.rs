@@ -316,7 +316,7 @@ fn a_tool_that_is_lifted_is_named() {
 }
 
 /// A disc stands above a floor, and a force presses a free lid on it from above: nothing carries the force
-/// before both gaps of up to 0.02 mm are closed. One attempt finds the equilibrium in which floor and lid carry
+/// before both gaps are closed. One attempt finds the equilibrium in which floor and lid carry
 /// the force.
 #[test]
 fn a_force_closes_the_gaps_on_both_sides_of_a_disc() {

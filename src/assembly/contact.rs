@@ -346,15 +346,7 @@ impl<const D: usize> LocalContact<D> {
         self.state.iterate()
     }
 
-    /// Whether tangents have gaps linearised at the last tangent from now on, or those of the positions.
-    pub fn linearise_gaps(&mut self, linearised: bool) {
-        match linearised {
-            true => self.state.linearise_gaps(),
-            false => self.state.forget_linear_gaps(),
-        }
-    }
-
-    /// Discards the iterates of a step.
+    /// Discards the iterates of a solve.
     pub fn begin_step(&mut self) {
         self.state.begin();
     }

@@ -177,7 +177,10 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
 impl<const D: usize> PressureLinearisation for ContactSystem<D> {
     fn linearise_pressure(&mut self, at: Option<&Vector>) {
         for contact in &mut self.contacts {
-            contact.linearise_gaps(at.is_some());
+            match at {
+                Some(_) => contact.state.linearise_gaps(),
+                None => contact.state.forget_linear_gaps(),
+            }
         }
         let at = at.filter(|_| self.bodies.linearises_pressure());
         self.linearised_at = at.map(|u| u.local().to_vec());

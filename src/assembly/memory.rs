@@ -333,7 +333,7 @@ impl<const D: usize> ContactSystem<D> {
                 let history = history.ok_or_else(|| Error::internal("a checkpoint with short rows"))?;
                 contact.state.resume(p, history);
             }
-            contact.linearise_gaps(false);
+            contact.state.forget_linear_gaps();
             contact.change_law(law);
             if let Some(compliance) = contact.law().normal.law().linear_compliance() {
                 contact.state.resume_multipliers(1.0 / compliance);

@@ -126,7 +126,7 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(before) = &self.interface {
             let index = &self.bodies.local.index;
             let [before, now] = [before, &interface].map(|interface| interface.numbering(index));
-            let new = |node| now.known(before.global(node));
+            let new = |node| now.node(before.global(node));
             self.contacts.iter_mut().for_each(|contact| contact.state.renumber(new));
         }
         interface.bring(world, fields);
@@ -149,13 +149,19 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Creates a common numbering of the foreign nodes of all contacts. Collective.
     fn meet(&mut self) -> Result<Interface<D>> {
-        let mut foreign: Vec<(i32, [f64; D])> =
-            self.contacts.iter().flat_map(|contact| contact.pair.foreign(&self.bodies.local.index)).collect();
+        let index = &self.bodies.local.index;
+        let gathered = self.contacts.iter().flat_map(|contact| contact.pair.foreign(index));
+        let linearised = self.interface.iter().flat_map(|before| {
+            let before = before.numbering(index);
+            let nodes = self.contacts.iter().flat_map(|contact| contact.state.gap_nodes());
+            nodes.map(move |node| (before.global(node.node), node.reference.into()))
+        });
+        let linearised = linearised.filter(|(global, _)| index.local(*global).is_none());
+        let mut foreign: Vec<(i32, [f64; D])> = gathered.chain(linearised).collect();
         foreign.sort_unstable_by_key(|(global, _)| *global);
         foreign.dedup_by_key(|(global, _)| *global);
         let (globals, points): (Vec<i32>, Vec<[f64; D]>) = foreign.into_iter().unzip();
         let all: Vec<[f64; D]> = self.bodies.local.mesh.points.iter().copied().chain(points).collect();
-        let index = &self.bodies.local.index;
         self.contacts.iter_mut().for_each(|contact| contact.pair.adopt(index, &globals, &all));
         Interface::new(
             self.bodies.session.world(),

@@ -321,7 +321,7 @@ impl<const D: usize> ContactSystem<D> {
         for contact in &mut self.contacts {
             contact.state.accept(dt);
             contact.remember_multipliers();
-            contact.begin_step();
+            contact.state.begin_attempt();
         }
         self.continuation.start_factor = self.factor;
         self.bodies.advance_viscous(stage);

@@ -105,13 +105,6 @@ impl<const D: usize> History<D> {
     }
 }
 
-impl<const D: usize> History<D> {
-    /// Whether the point was closed at the end of the last step, if gaps of this size are rounding \[m\].
-    pub fn was_closed(&self, touching: f64) -> bool {
-        self.gap <= touching || self.multiplier > 0.0
-    }
-}
-
 /// Per-point contents of a checkpoint: a fixed list of named numbers.
 impl<const D: usize> History<D> {
     /// Number of columns.

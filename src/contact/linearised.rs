@@ -48,19 +48,6 @@ impl<const D: usize> LinearGaps<D> {
         self.points[p] = Some((gap, first..self.nodes.len()));
     }
 
-    fn renumber(&mut self, new: impl Fn(u32) -> Option<u32>) {
-        for point in &mut self.points {
-            let known = point.as_ref().is_none_or(|(_, nodes)| {
-                self.nodes[nodes.clone()]
-                    .iter_mut()
-                    .all(|node| new(node.node).map(|new| node.node = new).is_some())
-            });
-            if !known {
-                *point = None;
-            }
-        }
-    }
-
     /// The gap of point `p` at these places of the nodes \[m\], if it is known.
     pub fn at(&self, p: usize, place: impl Fn(&GapNode<D>) -> Vector<D>) -> Option<f64> {
         let (gap, nodes) = self.points.get(p)?.as_ref()?;
@@ -70,25 +57,25 @@ impl<const D: usize> LinearGaps<D> {
     }
 }
 
-/// The linear gaps of a contact between its tangents. A point is known if the last tangent but one had
-/// its stiffness, so that a linear solve has found its pressure.
+/// The linear gaps of a contact between its tangents. A point is known if the last linear solve had its
+/// stiffness and has found its pressure, and at first if it was closed at the end of the last step.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GapLinearisation<const D: usize> {
     used: Option<Rc<LinearGaps<D>>>,
     /// Those at the last tangent.
-    next: Option<LinearGaps<D>>,
+    next: Option<Rc<LinearGaps<D>>>,
 }
 
 impl<const D: usize> GapLinearisation<D> {
     /// Stores the linear gaps at a tangent, to be used after its linear solve.
     pub fn note(&mut self, gaps: LinearGaps<D>) {
-        self.next = Some(gaps);
+        self.next = Some(Rc::new(gaps));
     }
 
     /// Uses the gaps of the last tangent from now on, because its linear solve is done. Without a new
     /// tangent, gaps are those of the positions.
     pub fn advance(&mut self) {
-        self.used = self.next.take().map(Rc::new);
+        self.used = self.next.take();
     }
 
     /// Uses these gaps from now on.
@@ -101,11 +88,16 @@ impl<const D: usize> GapLinearisation<D> {
         *self = Self::default();
     }
 
-    /// Follows nodes to their new indices. Points with a node that is no longer known have no gap from now
-    /// on.
-    pub fn renumber(&mut self, new: impl Fn(u32) -> Option<u32>) {
-        let used = self.used.as_mut().map(Rc::make_mut);
-        used.into_iter().chain(&mut self.next).for_each(|gaps| gaps.renumber(&new));
+    /// Nodes on which gaps depend. A node is named once for each gap.
+    pub fn nodes(&self) -> impl Iterator<Item = &GapNode<D>> {
+        [&self.used, &self.next].into_iter().flatten().flat_map(|gaps| &gaps.nodes)
+    }
+
+    /// Follows nodes to their new indices.
+    pub fn renumber(&mut self, new: impl Fn(u32) -> u32) {
+        for gaps in [&mut self.used, &mut self.next].into_iter().flatten() {
+            Rc::make_mut(gaps).nodes.iter_mut().for_each(|node| node.node = new(node.node));
+        }
     }
 
     /// The gap of point `p` at these places of the nodes \[m\], if it is known.
@@ -164,19 +156,18 @@ mod tests {
         assert_eq!(first(&all), None);
     }
 
-    /// Gaps follow their nodes to new indices, and are forgotten with a node that is gone.
+    /// Gaps follow their nodes to new indices.
     #[test]
     fn gaps_follow_their_nodes() {
         let mut all = GapLinearisation::default();
         all.use_gaps(gaps(1.0));
         all.note(gaps(2.0));
-        all.renumber(|node| (node != 1).then_some(node + 10));
+        assert_eq!(all.nodes().map(|node| node.node).collect::<Vec<_>>(), [7, 0, 1, 7, 0, 1]);
+        all.renumber(|node| 17 - node);
         for size in [1.0, 2.0] {
-            let moved = |node: &GapNode<2>| {
-                assert_eq!(node.node, 17);
-                node.place + Vector::<2>::new(0.0, 1.0)
-            };
-            assert_eq!([all.at(0, moved), all.at(2, moved)], [None, Some(3.0 - size)]);
+            // Every node moves by its new index.
+            let moved = |node: &GapNode<2>| node.place + Vector::<2>::new(0.0, f64::from(node.node));
+            assert_eq!([all.at(0, moved), all.at(2, moved)], [Some(size + 9.0), Some(30.0 - size)]);
             all.advance();
         }
     }

@@ -27,8 +27,8 @@ pub struct Changes {
     pub alternating: usize,
     /// Points whose slip direction reversed, for which the next correction therefore assumes stick.
     pub flipped: usize,
-    /// Points that are open, although the linearised gap is closed, or the opposite. The next
-    /// correction assumes the status of the linearised gap.
+    /// Points whose normal law is open and closed at the linearised gap, or the opposite. The next
+    /// correction assumes the latter.
     pub departed: usize,
 }
 
@@ -115,7 +115,9 @@ struct Track<const D: usize> {
     closed: [Option<bool>; 2],
     /// Gap of the last evaluation by linearisation \[m\], if it is known.
     linear_gap: Option<f64>,
-    /// In the last iterate the point is open and its linearised gap is closed, or the opposite.
+    /// The normal law is closed at the linearised gap of the last iterate, or at its gap if none is known.
+    predicted_closed: bool,
+    /// In the last iterate the normal law is open and predicted closed, or the opposite.
     departs: bool,
 }
 
@@ -148,6 +150,7 @@ impl<const D: usize> Default for Track<D> {
             flipped: false,
             closed: [None; 2],
             linear_gap: None,
+            predicted_closed: false,
             departs: false,
         }
     }
@@ -253,9 +256,9 @@ impl<const D: usize> ContactState<D> {
     /// first those at the end of the last step. Points that were open then have none.
     pub fn begin_attempt(&mut self) {
         self.track.fill(Track::default());
-        let closed = |history: &History<D>| history.was_closed(self.touching) && history.gap.is_finite();
-        let gap = |history: &History<D>| closed(history).then_some(history.gap);
-        self.linear_gaps.use_gaps(LinearGaps::constant(self.history.iter().map(gap)));
+        let gap = |p| self.ended_closed(p).then_some(self.history[p].gap);
+        let gaps = LinearGaps::constant((0..self.history.len()).map(gap));
+        self.linear_gaps.use_gaps(gaps);
     }
 
     /// Discards iterates and safeguards, except which points were closed. Call it at the beginning of a
@@ -282,8 +285,13 @@ impl<const D: usize> ContactState<D> {
         self.linear_gaps.clear();
     }
 
-    /// Follows nodes to their new indices; `None` for a node that is no longer near.
-    pub fn renumber(&mut self, new: impl Fn(u32) -> Option<u32>) {
+    /// Nodes on which linear gaps depend. A node is named once for each gap.
+    pub fn gap_nodes(&self) -> impl Iterator<Item = &GapNode<D>> {
+        self.linear_gaps.nodes()
+    }
+
+    /// Follows nodes to their new indices.
+    pub fn renumber(&mut self, new: impl Fn(u32) -> u32) {
         self.linear_gaps.renumber(new);
     }
 
@@ -296,18 +304,34 @@ impl<const D: usize> ContactState<D> {
 
     /// Point `p` has no target, and so no gap.
     pub fn forget_linear_gap(&mut self, p: usize) {
-        (self.track[p].linear_gap, self.track[p].departs) = (None, false);
+        let track = &mut self.track[p];
+        *track = Track { linear_gap: None, predicted_closed: false, departs: false, ..*track };
     }
 
-    /// Notes whether the status of point `p` departs from that of its linearised gap.
-    pub fn note_departure(&mut self, p: usize, departs: bool) {
-        self.track[p].departs = departs;
+    /// Notes whether the normal law of point `p` is closed at its gap, and at the linearised one if it is
+    /// known.
+    pub fn note_closed(&mut self, p: usize, closed: bool, predicted: Option<bool>) {
+        let track = &mut self.track[p];
+        track.predicted_closed = predicted.unwrap_or(closed);
+        track.departs = track.predicted_closed != closed;
     }
 
     /// Whether point `p` was closed in the last linear solve; before the first one of an attempt, at
     /// the end of the last step.
     pub fn was_closed(&self, p: usize) -> bool {
-        self.track[p].closed[1].unwrap_or_else(|| self.history[p].was_closed(self.touching))
+        self.track[p].closed[1].unwrap_or_else(|| self.ended_closed(p))
+    }
+
+    /// Whether point `p` had a target at the end of the last step, and its normal law is closed at the gap
+    /// there.
+    fn ended_closed(&self, p: usize) -> bool {
+        let history = &self.history[p];
+        history.normal.amax() > 0.0 && history.gap - self.offset(p) <= self.touching
+    }
+
+    /// Gap at which the normal law of point `p` closes \[m\].
+    fn offset(&self, p: usize) -> f64 {
+        self.multipliers.offsets.get(p).copied().unwrap_or(0.0)
     }
 
     /// Compares the current points with the last iterate and stores them as the new one. At points
@@ -332,7 +356,7 @@ impl<const D: usize> ContactState<D> {
                 statuses: [Some(point.status), last],
                 friction_traction: point.friction_traction,
                 flipped,
-                closed: [Some(point.is_closed() != track.departs), track.closed[0]],
+                closed: [Some(track.predicted_closed), track.closed[0]],
                 ..*track
             };
         }
@@ -393,7 +417,7 @@ impl<const D: usize> ContactState<D> {
         let mut all = Vec::with_capacity(Self::EVALUATION_COLUMNS * self.history.len());
         for (p, (history, track)) in self.history.iter().zip(&self.track).enumerate() {
             let held = self.held.get(p).copied().unwrap_or_default();
-            let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
+            let offset = self.offset(p);
             let fresh = track.statuses[1].is_none();
             history.columns(&mut all);
             let flags = [track.flipped, fresh, self.was_closed(p)].map(|flag| f64::from(u8::from(flag)));
@@ -466,7 +490,7 @@ impl<const D: usize> ContactState<D> {
         };
         let predicted = branches != Branches::Actual && self.track[p].flipped;
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
-        let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
+        let offset = self.offset(p);
         let fresh = self.track[p].statuses[1].is_none();
         let multiplier = self.multipliers.friction.get(p).copied();
         let (touching, damping) = (self.touching, ActiveDamping::Whole);
@@ -488,6 +512,11 @@ mod tests {
 
     fn open() -> PointState<2> {
         PointState::default()
+    }
+
+    /// A point with a target.
+    fn covered() -> PointState<2> {
+        PointState { normal: Vector::<2>::y(), ..open() }
     }
 
     /// After a reversal of the slip direction only the next correction assumes stick.
@@ -545,39 +574,49 @@ mod tests {
     fn closed_points_are_known_from_the_iterate_before() {
         let mut state = ContactState::<2>::new(2);
         let was_closed = |state: &ContactState<2>| [0, 1].map(|p| state.was_closed(p));
+        let iterate = |state: &mut ContactState<2>, closed: [bool; 2], predicted: [Option<bool>; 2]| {
+            [0, 1].into_iter().for_each(|p| state.note_closed(p, closed[p], predicted[p]));
+            state.iterate();
+            was_closed(state)
+        };
         assert_eq!(was_closed(&state), [false, false]);
-        state.current = vec![PointState { gap: -0.1, ..slipping(1.0) }, open()];
-        state.iterate();
-        assert_eq!(was_closed(&state), [false, false]);
+        assert_eq!(iterate(&mut state, [true, false], [None; 2]), [false, false]);
         state.begin();
-        state.iterate();
-        assert_eq!(was_closed(&state), [true, false]);
+        assert_eq!(iterate(&mut state, [false, true], [Some(false), Some(false)]), [true, false]);
+        // At the linearised gaps the laws of the last matrix were open.
+        assert_eq!(iterate(&mut state, [true, true], [None; 2]), [false, false]);
+        state.current = vec![PointState { gap: -0.1, ..covered() }, open()];
         state.accept(1e-3);
-        state.current = vec![open(), slipping(1.0)];
         assert_eq!(was_closed(&state), [true, false]);
-        state.iterate();
-        assert_eq!(was_closed(&state), [true, false]);
-        state.iterate();
-        assert_eq!(was_closed(&state), [false, true]);
+        assert_eq!(iterate(&mut state, [false, true], [None; 2]), [true, false]);
+        assert_eq!(iterate(&mut state, [false, true], [None; 2]), [false, true]);
     }
 
     /// The linearised gaps of an attempt begin at the end of the last step, at points that were closed there.
     #[test]
     fn attempts_begin_with_the_gaps_of_the_last_step() {
-        let mut state = ContactState::<2>::new(3);
-        state.current =
-            vec![PointState { gap: -0.1, ..slipping(1.0) }, PointState { gap: 0.2, ..open() }, open()];
+        let mut state = ContactState::<2>::new(5);
+        let at = |gap| PointState { gap, ..covered() };
+        let uncovered = PointState { normal: Vector::<2>::zeros(), ..at(-0.3) };
+        state.current = vec![at(-0.1), at(0.2), open(), uncovered, at(-0.1)];
+        // The multiplier of the last point opens its law at this gap.
+        state.augment(crate::contact::multipliers::MultiplierSource::Carried);
+        state.multipliers.offsets[4] = -0.2;
         state.accept(1e-3);
         state.begin();
-        let gaps = |state: &mut ContactState<2>| [0, 1, 2].map(|p| state.linear_gap(p, |node| node.place));
-        assert_eq!(gaps(&mut state), [Some(-0.1), None, None]);
-        state.note_linear_gaps(LinearGaps::constant([None, Some(0.5), None].into_iter()));
+        let gaps = |state: &mut ContactState<2>| -> Vec<Option<f64>> {
+            (0..5).map(|p| state.linear_gap(p, |node| node.place)).collect()
+        };
+        let begun = [Some(-0.1), None, None, None, None];
+        assert_eq!(gaps(&mut state), begun);
+        let next = [None, Some(0.5), None, None, None];
+        state.note_linear_gaps(LinearGaps::constant(next.into_iter()));
         state.linearise_gaps();
-        assert_eq!(gaps(&mut state), [None, Some(0.5), None]);
+        assert_eq!(gaps(&mut state), next);
         state.begin_attempt();
-        assert_eq!(gaps(&mut state), [Some(-0.1), None, None]);
+        assert_eq!(gaps(&mut state), begun);
         state.forget_linear_gaps();
-        assert_eq!(gaps(&mut state), [None; 3]);
+        assert_eq!(gaps(&mut state), [None; 5]);
     }
 
     /// A clone taken before a step restores the whole state.

@@ -36,7 +36,7 @@ pub trait ContactMonitor: Equations {
         Ok(ContactCounts::default())
     }
 
-    /// Discards the iterates since the start of the step.
+    /// Discards the iterates of the last solve.
     fn rewind(&mut self) {}
 
     /// Whether [`ContactMonitor::predicted_residual`] is the better right side for the next correction.

@@ -9,8 +9,8 @@ use crate::petsc::Vector;
 pub trait PressureLinearisation: Equations {
     /// From now on, [`Equations::jacobian`] and [`linearised_norm`](Self::linearised_norm) take the pressure
     /// of bodies linearised at these displacements, whose ghosts are up to date, and [`Equations::jacobian`]
-    /// takes the gaps of contact linearised at its last call. With `None` the tangent is the derivative
-    /// of the residual again.
+    /// takes the gaps of contact linearised at its last call. With `None` both take pressures and gaps of
+    /// the trial state again.
     fn linearise_pressure(&mut self, _at: Option<&Vector>) {}
 
     /// Norm of the residual of the trial state with the linearised pressure \[N\]; `None` if no pressure is

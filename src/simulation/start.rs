@@ -212,6 +212,7 @@ fn approach<const D: usize>(
     let tolerance = if passes { PASSING } else { 0.0 };
     system.set_continuation(Continuation { tolerance, ..increment });
     journal.start_attempt(factor);
+    system.begin_attempt();
     let moved = match course {
         Some(course) => course.extrapolate(factor, stage).map(|()| true)?,
         None => first_guess(strategy, system, stage, RigidInstant::Start)?,

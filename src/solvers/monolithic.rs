@@ -376,10 +376,16 @@ impl Monolithic {
         if !system.matrix().norm_frobenius()?.is_finite() {
             return Ok(Err((Trouble::Numbers, "the tangent matrix is not finite")));
         }
-        self.kept.made(stage.shifts, system.matrix().pattern(), points);
+        // The matrix of a prediction is not that of the present points.
         match system.predicts() {
-            true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
-            false => self.rhs.copy_from(&self.residual)?,
+            true => {
+                self.kept.discard();
+                system.predicted_residual(stage, &mut self.rhs).map(drop)?;
+            }
+            false => {
+                self.kept.made(stage.shifts, system.matrix().pattern(), points);
+                self.rhs.copy_from(&self.residual)?;
+            }
         }
         self.rhs.scale(-1.0)?;
         let allowed = if system.continuation().free_resistance > 0.0 {

@@ -73,6 +73,11 @@ const IRONING: &[Scene] = &[
             ("end: 1,", "end: 0.5,"),
         ],
     ),
+    // Steps of five facets: target facets are gathered anew within solves.
+    scene(
+        "ironing/case.yml",
+        &[("step: 2.5e-2", "step: 0.25"), ("output:", "guard: { motion: 10 }\noutput:")],
+    ),
     scene(
         "ironing/solid.yml",
         &[

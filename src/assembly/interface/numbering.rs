@@ -29,12 +29,6 @@ impl Numbering<'_> {
         self.index.local(global).unwrap_or_else(|| foreign() as u32)
     }
 
-    /// Number of the node with this global number, if it is among the nodes.
-    pub fn known(&self, global: i32) -> Option<u32> {
-        let is_foreign = || self.foreign.binary_search(&global).is_ok();
-        (self.index.local(global).is_some() || is_foreign()).then(|| self.node(global))
-    }
-
     /// Global number of a node.
     pub fn global(&self, node: u32) -> i32 {
         match (node as usize).checked_sub(self.index.local_count()) {

@@ -420,9 +420,8 @@ impl<const D: usize> VertexContact<D> {
             };
             match request.branches {
                 Branches::Actual => {
-                    let apart = manner.is_apart(gap);
-                    let departs = linear.is_some_and(|linear| manner.is_apart(linear) != apart);
-                    state.note_departure(vertex, departs);
+                    let closed = |gap| !manner.is_apart(gap);
+                    state.note_closed(vertex, closed(gap), linear.map(closed));
                 }
                 Branches::Linearised if linear.is_none() && !state.was_closed(vertex) => {
                     point = point.without_tractions();
@@ -493,7 +492,9 @@ impl<const D: usize> VertexContact<D> {
             let p = row.vertex;
             let Some(slopes) = &slopes[p] else { continue };
             sums[p].normalise(&state.history[p], row);
-            linear_gaps.set(p, sums[p].gap() - state.adjusted(p), self.gap_nodes(row, fields));
+            if selection.joint.is_none() {
+                linear_gaps.set(p, sums[p].gap() - state.adjusted(p), self.gap_nodes(row, fields));
+            }
             clear_block::<D>(&mut block, row.nodes.len());
             add_stiffness(&state.current[p], slopes, &row.nodes, selection, spin.as_ref(), &mut block);
             nodes.clear();

@@ -61,6 +61,11 @@ impl<const D: usize> PairScene<D> {
         self
     }
 
+    fn gaps(mut self, branches: Branches) -> Vec<f64> {
+        self.evaluate(&ContactRequest { branches, ..ContactRequest::default() });
+        self.state.current.iter().map(|point| point.gap).collect()
+    }
+
     /// The scene at rest, carried along by the body: its nodes have the same positions, velocities
     /// and history as seen from the body.
     fn carried(mut self, motion: &BodyMotion<D>, times: [f64; 2]) -> Self {
@@ -160,6 +165,38 @@ fn a_common_motion_changes_nothing() {
                 }
             }
         }
+    }
+    shapes::<2>(ElementKind::Quad4);
+    shapes::<3>(ElementKind::Hex8);
+}
+
+/// Gaps are linear in the positions as seen from the body: a scene that the body carries along has the
+/// linearised gaps of the scene at rest.
+#[test]
+fn linearised_gaps_are_those_seen_from_the_body() {
+    fn shapes<const D: usize>(kind: ElementKind) {
+        let motion = motion::<D>(1.0);
+        let times = [0.4, 0.7];
+        let mut largest = 0.0_f64;
+        for obstacle in sample_shapes::<D>() {
+            let mut rest = PairScene::<D>::bent_over(&obstacle, kind, penalty(None));
+            let mut moving = rest.clone().carried(&motion, times);
+            let selection = TermSelection { terms: Terms::ALL, velocity_shift: 0.0, joint: None };
+            for scene in [&mut rest, &mut moving] {
+                scene.evaluate(&ContactRequest { stiffness: Some(selection), ..ContactRequest::default() });
+                scene.state.linearise_gaps();
+            }
+            rest.u.iter_mut().zip(scatter(moving.u.len(), 13)).for_each(|(u, d)| *u += 2e-3 * d);
+            moving.u = rest.clone().carried(&motion, times).u;
+            let actual = rest.clone().gaps(Branches::Actual);
+            let [still, moved] = [rest, moving].map(|scene| scene.gaps(Branches::Linearised));
+            for (still, moved) in still.iter().zip(&moved).filter(|(still, _)| still.is_finite()) {
+                assert!((still - moved).abs() < 1e-12, "{obstacle:?}: {still:e} {moved:e}");
+            }
+            let differences = still.iter().zip(&actual).map(|(still, actual)| (still - actual).abs());
+            largest = differences.filter(|difference| difference.is_finite()).fold(largest, f64::max);
+        }
+        assert!(largest > 1e-6, "gaps of the positions are the linear ones: {largest:e}");
     }
     shapes::<2>(ElementKind::Quad4);
     shapes::<3>(ElementKind::Hex8);
