@@ -125,21 +125,24 @@ impl<const D: usize> Track<D> {
     /// The point slips, and in the last iterate it slipped in a direction more than [`TURN`] away.
     /// In the plane this is the opposite direction.
     fn reversed(&self, point: &PointState<D>) -> bool {
-        self.statuses[0] == Some(Status::Slip) && slips_off(&self.friction_traction, point)
+        let last = &self.friction_traction;
+        self.statuses[0] == Some(Status::Slip) && slips_off(last, last.norm(), point)
     }
 
-    /// In the first guess the point slips against the friction at the end of the last step. If it
-    /// stuck then, an error of the guess above the stick velocity has this effect, and so does a
-    /// target that changes its velocity. A point that truly reverses passes through stick.
+    /// In the first guess the point slips against the friction at the end of the last step, or from stick
+    /// far below the bound. An error of the guess above the stick velocity has this effect, and so does a
+    /// target that changes its velocity. A point that truly reverses passes through stick, and one that
+    /// begins to slip passes through friction near the bound.
     fn is_thrown_off(&self, history: &History<D>, point: &PointState<D>) -> bool {
-        self.statuses[0].is_none() && history.bound > 0.0 && slips_off(&history.friction_traction, point)
+        let History { friction_traction: last, bound, .. } = history;
+        self.statuses[0].is_none() && *bound > 0.0 && slips_off(last, *bound, point)
     }
 }
 
-/// The point slips in a direction more than [`TURN`] away from that of the `last` traction.
-fn slips_off<const D: usize>(last: &Vector<D>, point: &PointState<D>) -> bool {
+/// The point slips, and along its traction the `last` one has less than [`TURN`] of the last `bound`.
+fn slips_off<const D: usize>(last: &Vector<D>, bound: f64, point: &PointState<D>) -> bool {
     let now = &point.friction_traction;
-    point.status == Status::Slip && last.dot(now) < TURN * last.norm() * now.norm()
+    point.status == Status::Slip && last.dot(now) < TURN * bound * now.norm()
 }
 
 impl<const D: usize> Default for Track<D> {
@@ -533,20 +536,23 @@ mod tests {
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Actual);
     }
 
-    /// A first guess that slips against the friction of the last step is corrected from stick. A
-    /// guess that continues the slip is not, nor is the guess of a point that was open.
+    /// A first guess that slips against the friction of the last step is corrected from stick, and so is one
+    /// that slips from friction far below the bound, whatever its sign. A guess that continues the slip is
+    /// not, nor is the guess of a point that was open.
     #[test]
     fn first_guesses_that_turn_predict_stick() {
-        let mut state = ContactState::<2>::new(3);
-        state.current = vec![slipping(0.2), slipping(0.2), open()];
-        state.current[..2].iter_mut().for_each(|point| point.bound = 1.0);
+        let mut state = ContactState::<2>::new(5);
+        let last = [0.2, 0.8, 0.0, 1e-9, -1e-9];
+        state.current = last.map(slipping).to_vec();
+        state.current.iter_mut().for_each(|point| point.bound = 1.0);
+        state.current[2] = open();
         state.accept(1e-3);
-        let guess = vec![slipping(-1.0), slipping(1.0), slipping(-1.0)];
-        state.current.clone_from(&guess);
-        assert_eq!(state.iterate().flipped, 1);
+        state.current = [-1.0, 1.0, -1.0, 1.0, 1.0].map(slipping).to_vec();
+        assert_eq!(state.iterate().flipped, 3);
         let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
-        assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);
-        state.current[0] = slipping(1.0);
+        let stick = [true, false, false, true, true];
+        assert_eq!([0, 1, 2, 3, 4].map(|p| branch(p) == Branch::Stick), stick);
+        state.current = [1.0, 1.0, -1.0, 1.0, 1.0].map(slipping).to_vec();
         assert_eq!(state.iterate().flipped, 0, "stick was tried");
     }
 
