@@ -350,39 +350,3 @@ fn a_body_that_lifts_off_is_named_on_1_and_2_ranks() {
         assert!(!output.stderr.contains("softer") && !output.stderr.contains("buckles"), "{}", output.stderr);
     }
 }
-
-/// A disc and a free lid above it are not in contact, and a force pulls the lid upwards. The failed attempt
-/// names the lid and its force.
-#[test]
-fn a_free_lid_above_a_gap_is_named_on_1_2_ranks() {
-    let case = r#"dimension: 2
-units: { length: mm, mass: t, time: s }
-bodies:
-  disc:
-    mesh:
-      box:
-        min: [-1, -1]
-        max: [1, 1]
-        cells: [15, 15]
-        map: { x: "10 * x * sqrt(1 - y^2 / 2)", y: "10 + 10 * y * sqrt(1 - x^2 / 2)" }
-    material: { saint_venant_kirchhoff: { young_modulus: 30, poisson_ratio: 0.3 } }
-rigid:
-  floor: { shape: { plane: { point: [0, 0], normal: [0, 1] } } }
-  lid:
-    shape: { plane: { point: [0, 20], normal: [0, -1] } }
-    free: { fixed: [ux, rz], force: { y: "20 * t" } }
-contact:
-  bottom: { contactor: disc.bottom, target: floor, friction: none, initial_overclosure: accept }
-  top: { contactor: disc.top, target: lid, friction: none, initial_overclosure: accept }
-time: { end: 1, scheme: { static: { increments: 4 } } }
-output: { fields: { every: 0 } }
-"#;
-    for ranks in [1, 2] {
-        let folder = Folder::new("lid");
-        folder.write("case.yml", case);
-        let run = Running::start(ranks, &["case.yml", "--output", "out"], &folder).wait(LIMIT);
-        let attempt = "step 1 of 2.500e-1 s failed";
-        let told = run.stderr.lines().find(|line| line.starts_with(attempt)).unwrap_or_default();
-        assert_says(told, &["nothing resists the motion of 'lid' along y", "driven by 5.000e0 N"]);
-    }
-}

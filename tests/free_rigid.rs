@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Folder, Results, Table, run};
+use common::{Folder, Results, Table, assert_says, run};
 
 /// Largest difference of two columns, relative to the largest value of the first.
 fn apart(one: &[f64], other: &[f64]) -> f64 {
@@ -315,14 +315,11 @@ fn a_tool_that_is_lifted_is_named() {
     }
 }
 
-/// A disc stands above a floor, and a force presses a free lid on it from above: nothing carries the force
-/// before both gaps are closed. One attempt finds the equilibrium in which floor and lid carry
-/// the force.
-#[test]
-fn a_force_closes_the_gaps_on_both_sides_of_a_disc() {
-    let case = |modulus: f64, force: f64| {
-        format!(
-            "dimension: 2
+/// A disc between a floor and a free lid. It touches neither: the nearest nodes are 0.01 mm from both.
+/// `force` drives the lid \[N\].
+fn under_a_lid(modulus: f64, force: f64) -> String {
+    format!(
+        "dimension: 2
 units: {{ length: mm, mass: t, time: s }}
 bodies:
   disc:
@@ -337,30 +334,44 @@ rigid:
   floor: {{ shape: {{ plane: {{ point: [0, 0], normal: [0, 1] }} }} }}
   lid:
     shape: {{ plane: {{ point: [0, 20], normal: [0, -1] }} }}
-    free: {{ fixed: [ux, rz], force: {{ y: '-{force} * t' }} }}
+    free: {{ fixed: [ux, rz], force: {{ y: '{force} * t' }} }}
 contact:
   bottom: {{ contactor: disc.bottom, target: floor, friction: none }}
   top: {{ contactor: disc.top, target: lid, friction: none }}
 time: {{ end: 1, scheme: {{ static: {{ increments: 4 }} }} }}
 output: {{ fields: {{ every: 0 }} }}
 "
-        )
-    };
+    )
+}
+
+/// Nothing carries the force on a lid before both gaps are closed. One attempt finds the equilibrium in
+/// which floor and lid carry it.
+#[test]
+fn a_force_closes_the_gaps_on_both_sides_of_a_disc() {
     for (modulus, force, ranks) in [(10.0, 1.0, 1), (30.0, 20.0, 1), (30.0, 20.0, 2), (300.0, 20.0, 3)] {
-        let results = Results::of(&case(modulus, force), ranks);
+        let results = Results::of(&under_a_lid(modulus, -force), ranks);
         let contact = results.table("contact.csv");
         for name in ["top", "bottom"] {
             let carried = contact.only("contact", name).last("force_n");
-            assert!(
-                (carried / force - 1.0).abs() < 1e-6,
-                "{modulus} MPa on {ranks} ranks, {name}: {carried}"
-            );
+            let what = format!("{modulus} MPa on {ranks} ranks, {name}: {carried}");
+            assert!((carried / force - 1.0).abs() < 1e-6, "{what}");
         }
         let attempts = results.table("iterations.csv").numbers("attempt");
-        assert!(
-            attempts.iter().all(|attempt| *attempt == 1.0),
-            "{modulus} MPa on {ranks} ranks: {attempts:?}"
-        );
+        assert!(attempts.iter().all(|attempt| *attempt == 1.0), "{modulus} MPa on {ranks} ranks");
+    }
+}
+
+/// The failed attempt names a lid that its force pulls away from a disc, and the force.
+#[test]
+fn a_lid_that_is_pulled_away_is_named() {
+    for ranks in [1, 2] {
+        let folder = Folder::new("lid");
+        folder.write("case.yml", &under_a_lid(30.0, 20.0));
+        let output = run(ranks, &["case.yml", "--output", "out"], &folder);
+        assert_eq!(output.code, Some(5), "{}", output.text());
+        let attempt = "step 1 of 2.500e-1 s failed";
+        let told = output.stderr.lines().find(|line| line.starts_with(attempt)).unwrap_or_default();
+        assert_says(told, &["nothing resists the motion of 'lid' along y", "driven by 5.000e0 N"]);
     }
 }
 

@@ -347,7 +347,7 @@ impl<const D: usize> LocalContact<D> {
     }
 
     /// Discards the iterates of a solve.
-    pub fn begin_step(&mut self) {
+    pub fn begin_solve(&mut self) {
         self.state.begin();
     }
 }

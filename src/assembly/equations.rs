@@ -139,7 +139,7 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
     }
 
     fn rewind(&mut self) {
-        self.contacts.iter_mut().for_each(LocalContact::begin_step);
+        self.contacts.iter_mut().for_each(LocalContact::begin_solve);
     }
 
     fn predicts(&self) -> bool {

@@ -36,7 +36,7 @@ impl<const D: usize> LinearGaps<D> {
         Self { points: vec![None; points], nodes: Vec::new() }
     }
 
-    /// Gaps that depend on no node, one of each point that has one.
+    /// Gaps that depend on no node, `None` for a point without one.
     pub fn constant(gaps: impl Iterator<Item = Option<f64>>) -> Self {
         Self { points: gaps.map(|gap| gap.map(|gap| (gap, 0..0))).collect(), nodes: Vec::new() }
     }

@@ -97,9 +97,9 @@ pub enum Branches {
     Linearised,
 }
 
-/// Cosine of the rotation of the slip direction between two iterates beyond which a stick state is
-/// assumed between them. A slip branch is flat along the slip, and in space it is stiff across the
-/// slip only for slow slip.
+/// Part of the bound that friction has along its next direction, below which a stick state is assumed in
+/// between: the cosine of the rotation, if it was on the bound. A slip branch is flat along the slip, and
+/// in 3D it is stiff across the slip only for slow slip.
 const TURN: f64 = 0.5;
 
 /// Recent iterates of a point.

@@ -376,7 +376,7 @@ impl Monolithic {
         if !system.matrix().norm_frobenius()?.is_finite() {
             return Ok(Err((Trouble::Numbers, "the tangent matrix is not finite")));
         }
-        // The matrix of a prediction is not that of the present points.
+        // The matrix of a prediction is that of other points than the present ones, so it is not kept.
         match system.predicts() {
             true => {
                 self.kept.discard();
