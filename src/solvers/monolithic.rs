@@ -277,6 +277,7 @@ impl Monolithic {
             let slow = Slowness { many: row.iteration >= Self::PATIENCE, alternates: system.is_cycling() };
             let points = [row.contact.closed, row.contact.pressing];
             let keeps = !slow.any() && self.keeps_tangent(system, stage, now, points);
+            let predicted = system.predicts();
             let solved = match self.correct(system, stage, now, points, keeps)? {
                 Ok(solved) => solved,
                 Err((trouble, reason)) => {
@@ -313,7 +314,8 @@ impl Monolithic {
                 line_search: point.length,
                 ..row
             };
-            at_rounding = self.at_rounding(&row, system)?;
+            // What balances predicted branches need not balance the actual ones.
+            at_rounding = !predicted && self.at_rounding(&row, system)?;
             // At rounding level, the effect of a correction on the residual says nothing about its
             // tangent.
             if keeps && !at_rounding {
