@@ -2,8 +2,6 @@
 
 use std::rc::Rc;
 
-use mpi::collective::SystemOperation;
-
 use super::augmentation;
 use super::contact::LocalContact;
 use super::patches::solid_terms;
@@ -12,7 +10,6 @@ use super::soundness::unsound_force;
 use super::stages::{self, MatrixTarget};
 use super::system::ContactSystem;
 use crate::case::Units;
-use crate::collective::Collective;
 use crate::contact::point::Status;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
@@ -119,9 +116,8 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
         // A stop request on one rank is communicated here, so that all ranks leave the step at the
         // same iterate.
         let mut asked = usize::from(self.bodies.session.is_asked_to_stop());
-        let Changes { closed, pressing, changed, alternating, flipped, departed } = &mut own;
-        let counts =
-            [closed, pressing, changed, alternating, flipped, departed, &mut stick, &mut slip, &mut asked];
+        let Changes { closed, pressing, changed, flipped, departed } = &mut own;
+        let counts = [closed, pressing, changed, flipped, departed, &mut stick, &mut slip, &mut asked];
         sum_over_ranks(self.bodies.session.world(), counts);
         if asked > 0 {
             return Err(Error::stopped("stop requested within a step"));
@@ -148,17 +144,6 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
 
     fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
         self.balance(stage, Branches::Predicted, out)
-    }
-
-    fn reverses(&self) -> bool {
-        let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
-        let mut any = 0u8;
-        self.bodies.session.world().reduce_all(&own, &mut any, SystemOperation::max());
-        any > 0
-    }
-
-    fn is_cycling(&self) -> bool {
-        self.changes.is_two_cycle()
     }
 
     fn stride(&self) -> f64 {

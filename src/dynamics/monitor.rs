@@ -57,17 +57,6 @@ pub trait ContactMonitor: Equations {
         self.residual(stage, out)
     }
 
-    /// Whether a slip direction reversed between the last iterate and the last residual.
-    /// Collective.
-    fn reverses(&self) -> bool {
-        false
-    }
-
-    /// Whether the contact points returned to their statuses of two iterates ago.
-    fn is_cycling(&self) -> bool {
-        false
-    }
-
     /// Largest motion of a node in one correction of bodies that only contact holds \[m\].
     ///
     /// Without this limit, a body that nothing holds yet would pass through its target in a single

@@ -8,7 +8,7 @@ use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
 use crate::presets::{CgFilteredAmg, FilteredAmg, Linear, Passes, TwoStage};
 use crate::solvers::{
-    Augmented, Cycle, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Problem,
+    Augmented, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Problem,
     StageMatrix, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
@@ -306,7 +306,6 @@ pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
             None => [tightest, FIRM * tightest],
         },
         line_search: newton.line_search,
-        searched_after_cycle: Cycle::OF_SYSTEM,
         terms,
         keep_tangent: inexact == Some(true) && follows_time(case),
     }

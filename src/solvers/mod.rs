@@ -6,7 +6,6 @@
 
 mod augmented;
 mod convergence;
-mod cycle;
 mod descent;
 mod fatigue;
 mod filtered_amg;
@@ -32,7 +31,6 @@ mod zone;
 pub use crate::presets::{PRESETS, Passes, Preset, Second};
 pub use augmented::Augmented;
 pub use convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
-pub use cycle::Cycle;
 pub use filtered_amg::FilteredAmgSettings;
 pub use forcing::Forcing;
 pub use free_motion::FreeMotions;

@@ -15,7 +15,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::convergence::{IterationReport, Outcome, SolveReport, Trouble};
-use super::cycle::{Cycle, Search, Slowness};
 use super::descent::{Descent, Searched};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
@@ -42,8 +41,6 @@ pub struct NewtonSettings {
     pub linear: [f64; 2],
     /// Whether to search along a correction that does not reduce the residual.
     pub line_search: bool,
-    /// Number of corrections that are searched along after a cycle of iterates.
-    pub searched_after_cycle: u32,
     /// Terms of the tangent.
     pub terms: Terms,
     /// Whether a tangent of an earlier step is reused while it still serves.
@@ -235,7 +232,6 @@ impl Monolithic {
         let mut merit = now.norm;
         let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
         let mut at_rounding = false;
-        let mut cycle = Cycle::new(self.settings.searched_after_cycle);
         let mut descent = Descent::default();
         let mut lost = None;
         loop {
@@ -274,9 +270,9 @@ impl Monolithic {
                 let reason = self.slow(&report, system);
                 return Ok(Outcome::Failed(report, reason));
             }
-            let slow = Slowness { many: row.iteration >= Self::PATIENCE, alternates: system.is_cycling() };
+            let slow = row.iteration >= Self::PATIENCE;
             let points = [row.contact.closed, row.contact.pressing];
-            let keeps = !slow.any() && self.keeps_tangent(system, stage, now, points);
+            let keeps = !slow && self.keeps_tangent(system, stage, now, points);
             let predicted = system.predicts();
             let solved = match self.correct(system, stage, now, points, keeps)? {
                 Ok(solved) => solved,
@@ -287,8 +283,7 @@ impl Monolithic {
             };
             self.origin.copy_from(&stage.trial.u)?;
             system.linearise_pressure(Some(&stage.trial.u));
-            let search = cycle.search(now.norm, slow, self.settings.line_search);
-            let point = self.advance(system, stage, merit, search)?;
+            let point = self.advance(system, stage, merit, slow && self.settings.line_search)?;
             let before = std::mem::replace(&mut now, point.residual);
             // Merits of two iterates are linearised at different states. A true residual that falls is
             // a descent in any case.
@@ -448,13 +443,13 @@ impl Monolithic {
     }
 
     /// Takes the full correction, or the part of it that the safeguards allow. `before` is the merit of the
-    /// iterate.
+    /// iterate. A correction that does not reduce it is searched along if `searches`.
     fn advance(
         &mut self,
         system: &mut dyn Dynamics,
         stage: &mut Stage,
         before: f64,
-        search: Search,
+        searches: bool,
     ) -> Result<Point> {
         let whole = self.stride(system)?;
         let full = self.at(system, stage, whole)?;
@@ -462,13 +457,7 @@ impl Monolithic {
         let merit = if is_fast(full.norm) { full.norm } else { self.merit(system, stage, full)? };
         let all = Point { length: whole, residual: full, merit, searched: None };
         let good = merit < Self::GROWTH * before;
-        let fast = is_fast(merit) && search != Search::Always;
-        if good && (fast || self.converged(full) || whole < 1.0 || search == Search::Never) {
-            return Ok(all);
-        }
-        // Stick lies between opposite slip branches, and the next correction assumes it. A shorter
-        // step would stay on the flat branch and creep.
-        if full.norm.is_finite() && search != Search::Always && system.reverses() {
+        if good && (is_fast(merit) || self.converged(full) || whole < 1.0 || !searches) {
             return Ok(all);
         }
         let mut best = all;
@@ -481,12 +470,12 @@ impl Monolithic {
                 best = Point { length, residual, merit, searched: Some(shortest) };
             }
             let enough = best.merit.is_finite() && best.merit < Self::GROWTH * before;
-            if enough && search == Search::Never {
+            if enough && !searches {
                 return Ok(Point { searched: None, ..best });
             }
         }
         let residual = self.at(system, stage, best.length)?;
-        let searched = (search != Search::Never).then_some(best.searched == Some(true));
+        let searched = searches.then_some(best.searched == Some(true));
         Ok(Point { residual, searched, ..best })
     }
 

@@ -12,7 +12,6 @@
 use serde_json::{Value, json};
 
 use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
-use super::cycle::Cycle;
 use super::linear::{Fallback, LinearSolver};
 use super::monolithic::{Monolithic, NewtonSettings, relative};
 use super::progress::{Progress, Sweep};
@@ -116,7 +115,6 @@ impl Staggered {
                 tolerance: newton.tolerance.min(tight),
                 max_iterations: newton.max_iterations.max(Self::STAGE_ITERATIONS),
                 terms,
-                searched_after_cycle: Cycle::OF_STAGE,
                 // The stages alternate in using one matrix.
                 keep_tangent: false,
                 ..newton.clone()

@@ -102,8 +102,8 @@ output: {{ fields: {{ every: 100 }}, probes: {{ top: {{ at: [0.3, 0.7], on: top 
     )
 }
 
-/// Cycles of corrections are broken: nine iterates in step 60 of the monolithic strategy, and four
-/// in stage I of step 31 of the staggered one. No step has to be cut.
+/// Blocks that are pushed back and forth on each other, whose points slip and reverse in turn. Both
+/// strategies find the same result in the same steps, and no step has to be cut.
 #[test]
 fn circles_are_left_on_1_2_ranks() {
     let monolithic = by(&stack().replace("END", "0.03"), "{ linear: direct }", 1);

@@ -10,9 +10,7 @@ use contact_petsc::dynamics::{
 };
 use contact_petsc::error::{Error, Result};
 use contact_petsc::petsc::{BlockPattern, Format, Matrix, Session, Vector};
-use contact_petsc::solvers::{
-    Cycle, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem,
-};
+use contact_petsc::solvers::{LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem};
 use contact_petsc::terms::Terms;
 use contact_petsc::time::{Integrate, Scheme};
 
@@ -137,7 +135,6 @@ fn swing(session: &Rc<Session>, scheme: Scheme, steps: u32) -> Result<([f64; 2],
         max_iterations: 10,
         linear: [1e-12; 2],
         line_search: true,
-        searched_after_cycle: Cycle::OF_SYSTEM,
         keep_tangent: false,
         terms: Terms::ALL,
     };

@@ -12,9 +12,7 @@ use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, PlaneState, merge};
 use contact_petsc::model::{Body, BodyMaterial, Load, LoadKind, MassChoice, Model, Support};
 use contact_petsc::partition::{LocalMesh, Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
-use contact_petsc::solvers::{
-    Cycle, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem,
-};
+use contact_petsc::solvers::{LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem};
 use contact_petsc::space::reference;
 use contact_petsc::tensor::{Tensor, Vector, det_minus_one};
 use contact_petsc::terms::Terms;
@@ -162,7 +160,6 @@ impl<const D: usize> Scene<D> {
             max_iterations: 25,
             linear: [1e-10, 1e-10],
             line_search: true,
-            searched_after_cycle: Cycle::OF_SYSTEM,
             keep_tangent: false,
             terms: Terms::ALL,
         };

@@ -80,7 +80,9 @@ pub fn close_points<const D: usize>(scene: &mut Scene<D>) {
     stage.update_rates().expect("PETSc");
     system.prescribe(stage).expect("PETSc");
     system.residual(stage, &mut out).expect("PETSc");
-    (0..2).for_each(|_| drop(system.observe().expect("PETSc")));
+    for _ in 0..2 {
+        system.observe().expect("PETSc");
+    }
 }
 
 /// Residual at the state `u + h d`; prescribed unknowns do not move.
