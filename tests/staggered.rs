@@ -200,6 +200,16 @@ fn what_overshoots_converges_at_the_given_step_on_1_2_ranks() {
     }
 }
 
+/// At a coefficient of friction of 16 slip reverses in many iterates. Corrections are searched along there,
+/// too, and both strategies converge to the same result at every requested step.
+#[test]
+fn a_large_coefficient_needs_no_cut_on_1_rank() {
+    let case = light("end: 0.07");
+    let expected = Solved::by(&case, 16.0, MONOLITHIC, 1).well();
+    let found = Solved::by(&case, 16.0, "{ strategy: staggered }", 1).well();
+    agree(&expected, &found, (1e-6, 1e-5), "mu = 16");
+}
+
 /// The forces of the full system are those that a step leaves. The monolithic residual is small at
 /// each last sweep, and the friction in the tables is that of the monolithic run.
 #[test]

@@ -94,8 +94,10 @@ const TURN: f64 = 0.5;
 /// Recent iterates of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Track<const D: usize> {
-    /// Status in the last iterate and in the one before.
-    statuses: [Option<Status>; 2],
+    /// Status in the last iterate, if there was one.
+    status: Option<Status>,
+    /// No linear solve of this solve is done yet.
+    fresh: bool,
     friction_traction: Vector<D>,
     /// The slip direction reversed: the next correction assumes stick.
     flipped: bool,
@@ -115,7 +117,7 @@ impl<const D: usize> Track<D> {
     /// In the plane this is the opposite direction.
     fn reversed(&self, point: &PointState<D>) -> bool {
         let last = &self.friction_traction;
-        self.statuses[0] == Some(Status::Slip) && slips_off(last, last.norm(), point)
+        self.status == Some(Status::Slip) && slips_off(last, last.norm(), point)
     }
 
     /// In the first guess the point slips against the friction at the end of the last step, or from stick
@@ -124,7 +126,7 @@ impl<const D: usize> Track<D> {
     /// begins to slip passes through friction near the bound.
     fn is_thrown_off(&self, history: &History<D>, point: &PointState<D>) -> bool {
         let History { friction_traction: last, bound, .. } = history;
-        self.statuses[0].is_none() && *bound > 0.0 && slips_off(last, *bound, point)
+        self.status.is_none() && *bound > 0.0 && slips_off(last, *bound, point)
     }
 }
 
@@ -137,7 +139,8 @@ fn slips_off<const D: usize>(last: &Vector<D>, bound: f64, point: &PointState<D>
 impl<const D: usize> Default for Track<D> {
     fn default() -> Self {
         Self {
-            statuses: [None; 2],
+            status: None,
+            fresh: true,
             friction_traction: Vector::zeros(),
             flipped: false,
             closed: [None; 2],
@@ -334,9 +337,10 @@ impl<const D: usize> ContactState<D> {
         let mut changes = Changes::default();
         let points = self.current.iter().zip(&self.history);
         for (track, (point, history)) in self.track.iter_mut().zip(points) {
-            let last = track.statuses[0];
+            let last = track.status;
             let changed = last.is_some_and(|last| last != point.status);
-            // A point that was corrected from stick and still slips has truly reversed.
+            // A point that was corrected from stick and still slips has truly reversed, or the correction was
+            // shortened.
             let flipped = !track.flipped && track.reversed(point) || track.is_thrown_off(history, point);
             changes.closed += usize::from(point.is_closed());
             changes.pressing += usize::from(point.presses);
@@ -344,7 +348,8 @@ impl<const D: usize> ContactState<D> {
             changes.flipped += usize::from(flipped);
             changes.departed += usize::from(track.departs);
             *track = Track {
-                statuses: [Some(point.status), last],
+                status: Some(point.status),
+                fresh: last.is_none(),
                 friction_traction: point.friction_traction,
                 flipped,
                 closed: [Some(track.predicted_closed), track.closed[0]],
@@ -404,9 +409,9 @@ impl<const D: usize> ContactState<D> {
         for (p, (history, track)) in self.history.iter().zip(&self.track).enumerate() {
             let held = self.held.get(p).copied().unwrap_or_default();
             let offset = self.offset(p);
-            let fresh = track.statuses[1].is_none();
             history.columns(&mut all);
-            let flags = [track.flipped, fresh, self.was_closed(p)].map(|flag| f64::from(u8::from(flag)));
+            let flags =
+                [track.flipped, track.fresh, self.was_closed(p)].map(|flag| f64::from(u8::from(flag)));
             all.push(offset);
             all.extend(flags);
             all.push(track.linear_gap.unwrap_or(f64::INFINITY));
@@ -432,10 +437,9 @@ impl<const D: usize> ContactState<D> {
             if let Some(offset) = self.multipliers.offsets.get_mut(p) {
                 *offset = own[0];
             }
-            let open = Status::Open;
-            let statuses = [Some(open), (own[2] == 0.0).then_some(open)];
+            let [flipped, fresh] = [own[1], own[2]].map(|flag| flag != 0.0);
             let closed = [Some(own[3] != 0.0); 2];
-            self.track[p] = Track { statuses, flipped: own[1] != 0.0, closed, ..Track::default() };
+            self.track[p] = Track { flipped, fresh, closed, ..Track::default() };
             let (held, multiplier) = own[7..].split_at(D);
             self.held[p] = FrozenTractions::held(own[5], own[6], Vector::from_column_slice(held));
             if let Some(friction) = self.multipliers.friction.get_mut(p) {
@@ -477,7 +481,7 @@ impl<const D: usize> ContactState<D> {
         let predicted = branches != Branches::Actual && self.track[p].flipped;
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
         let offset = self.offset(p);
-        let fresh = self.track[p].statuses[1].is_none();
+        let fresh = self.track[p].fresh;
         let multiplier = self.multipliers.friction.get(p).copied();
         let (touching, damping) = (self.touching, ActiveDamping::Whole);
         Manner { branch, frozen, offset, multiplier, touching, fresh, damping }

@@ -41,7 +41,7 @@ impl Descent {
     /// but the forces fall faster, and the iteration diverges from the balance.
     const IN_A_ROW: u32 = 2;
     /// Maximum total number of searches without descent since the smallest residual. After that the
-    /// iterates form a cycle. The ironing case leaves such a cycle after three.
+    /// iterates form a cycle.
     const IN_ALL: u32 = 4;
 
     /// Whether the residual of size `norm` is no smaller than those of the previous iterates.
@@ -97,11 +97,11 @@ mod tests {
     fn a_direction_that_is_no_descent_is_not_followed() {
         assert_eq!(judge(0.1, &[(0.101, Some(true)), (0.102, Some(true))]), [false, true]);
         assert_eq!(judge(0.1, &[(0.101, Some(false)), (0.102, Some(false))]), [false, false]);
-        let circle = [(0.9, Some(true)), (0.66, None)].repeat(4);
+        let circle = [(0.9, Some(true)), (0.66, Some(false))].repeat(4);
         let lost = judge(0.66, &circle);
         assert_eq!(lost.iter().position(|lost| *lost), Some(6));
         let falls =
-            [(0.9, Some(true)), (0.6, None), (0.8, Some(true)), (0.5, None), (0.7, Some(true)), (0.4, None)];
+            [(0.9, Some(true)), (0.6, Some(false)), (0.8, Some(true)), (0.5, Some(false)), (0.7, Some(true)), (0.4, Some(false))];
         assert!(
             judge(0.66, &[&falls[..], &[(0.6, Some(true)), (0.3, None)]].concat()).iter().all(|lost| !lost)
         );

@@ -1,4 +1,4 @@
-//! Two bodies with both strategies, at the end of contact and with corrections that would cycle.
+//! Bodies in contact with both strategies: the end of contact, and slip that reverses.
 
 use super::*;
 
@@ -105,7 +105,7 @@ output: {{ fields: {{ every: 100 }}, probes: {{ top: {{ at: [0.3, 0.7], on: top 
 /// Blocks that are pushed back and forth on each other, whose points slip and reverse in turn. Both
 /// strategies find the same result in the same steps, and no step has to be cut.
 #[test]
-fn circles_are_left_on_1_2_ranks() {
+fn slip_back_and_forth_needs_no_cut_on_1_2_ranks() {
     let monolithic = by(&stack().replace("END", "0.03"), "{ linear: direct }", 1);
     let end = ("END", "0.016");
     let ahead = by(&stack().replace(end.0, end.1), "{ linear: direct }", 1);

@@ -8,7 +8,7 @@ use contact_petsc::petsc::{Format, Session, Symmetry};
 use contact_petsc::terms::Terms;
 
 use super::cases::{Case, plane_cases, solid_cases};
-use super::tangent::{close_points, disturb, prescribed, rate, residual, scatter, set};
+use super::tangent::{disturb, note_closed_points, prescribed, rate, residual, scatter, set};
 
 const STAGES: [(Split, Terms); 3] = [
     (Split::NormalStage(KnownFriction::Bound), Terms::NORMAL_STAGE),
@@ -25,7 +25,7 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>) {
     let mut scene = case.scene(session, Format::Aij);
     let held = prescribed(&mut scene);
     disturb(&mut scene);
-    close_points(&mut scene);
+    note_closed_points(&mut scene);
     let mut u = scene.stage.trial.u.like().expect("PETSc");
     u.copy_from(&scene.stage.trial.u).expect("PETSc");
     let mut d = u.like().expect("PETSc");

@@ -72,9 +72,9 @@ pub fn disturb<const D: usize>(scene: &mut Scene<D>) {
     set(&mut stage.trial.u, moved);
 }
 
-/// Closes the contact points of the trial state as if it were the iterate of two linear solves. Points
-/// that were open in the last one have stiffness, but no tractions in the matrix (theory, section 5.1).
-pub fn close_points<const D: usize>(scene: &mut Scene<D>) {
+/// Records the closed points of the trial state as those of the last two iterates. Without this the matrix
+/// has their stiffness, but not their tractions (theory, section 5.1).
+pub fn note_closed_points<const D: usize>(scene: &mut Scene<D>) {
     let Scene { system, stage, .. } = scene;
     let mut out = stage.trial.u.like().expect("PETSc");
     stage.update_rates().expect("PETSc");
@@ -167,7 +167,7 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
     let mut scene = case.scene(session, format);
     let held = prescribed(&mut scene);
     disturb(&mut scene);
-    close_points(&mut scene);
+    note_closed_points(&mut scene);
     let mut u = scene.stage.trial.u.like().expect("PETSc");
     u.copy_from(&scene.stage.trial.u).expect("PETSc");
     let [free, mut fixed] = [false, true].map(|of_held| {
