@@ -120,13 +120,13 @@ impl<const D: usize> Track<D> {
         self.status == Some(Status::Slip) && slips_off(last, last.norm(), point)
     }
 
-    /// In the first guess the point slips against the friction at the end of the last step, or from stick
-    /// far below the bound. An error of the guess above the stick velocity has this effect, and so does a
-    /// target that changes its velocity. A point that truly reverses passes through stick, and one that
-    /// begins to slip passes through friction near the bound.
+    /// In the first guess of an attempt the point slips against the friction at the end of the last step, or
+    /// from stick far below the bound. An error of the guess above the stick velocity has this effect, and so
+    /// does a target that changes its velocity. A point that truly reverses passes through stick, and one
+    /// that begins to slip passes through friction near the bound.
     fn is_thrown_off(&self, history: &History<D>, point: &PointState<D>) -> bool {
         let History { friction_traction: last, bound, .. } = history;
-        self.status.is_none() && *bound > 0.0 && slips_off(last, *bound, point)
+        self.closed[0].is_none() && *bound > 0.0 && slips_off(last, *bound, point)
     }
 }
 
@@ -523,9 +523,9 @@ mod tests {
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Actual);
     }
 
-    /// A first guess that slips against the friction of the last step is corrected from stick, and so is one
-    /// that slips from friction far below the bound, whatever its sign. A guess that continues the slip is
-    /// not, nor is the guess of a point that was open.
+    /// A first guess of an attempt that slips against the friction of the last step is corrected from stick,
+    /// and so is one that slips from friction far below the bound, whatever its sign. A guess that continues
+    /// the slip is not, nor is the guess of a point that was open.
     #[test]
     fn first_guesses_that_turn_predict_stick() {
         let mut state = ContactState::<2>::new(5);
@@ -541,6 +541,9 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4].map(|p| branch(p) == Branch::Stick), stick);
         state.current = [1.0, 1.0, -1.0, 1.0, 1.0].map(slipping).to_vec();
         assert_eq!(state.iterate().flipped, 0, "stick was tried");
+        state.begin();
+        state.current = [-1.0, 1.0, -1.0, 1.0, 1.0].map(slipping).to_vec();
+        assert_eq!(state.iterate().flipped, 0, "a later solve begins with a solution, not with a guess");
     }
 
     /// Points that open or close between two iterates are counted.

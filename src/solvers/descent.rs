@@ -100,8 +100,14 @@ mod tests {
         let circle = [(0.9, Some(true)), (0.66, Some(false))].repeat(4);
         let lost = judge(0.66, &circle);
         assert_eq!(lost.iter().position(|lost| *lost), Some(6));
-        let falls =
-            [(0.9, Some(true)), (0.6, Some(false)), (0.8, Some(true)), (0.5, Some(false)), (0.7, Some(true)), (0.4, Some(false))];
+        let falls = [
+            (0.9, Some(true)),
+            (0.6, Some(false)),
+            (0.8, Some(true)),
+            (0.5, Some(false)),
+            (0.7, Some(true)),
+            (0.4, Some(false)),
+        ];
         assert!(
             judge(0.66, &[&falls[..], &[(0.6, Some(true)), (0.3, None)]].concat()).iter().all(|lost| !lost)
         );
