@@ -172,13 +172,16 @@ fn staggered_is_monolithic_on_1_2_3_ranks() {
 }
 
 /// With default settings the result equals the monolithic one, also at the end of a long path with
-/// slip everywhere. The error of a step has the same sign each time and accumulates.
+/// slip everywhere. The error of a step has the same sign each time and accumulates. At a coefficient of 16
+/// slip reverses in many iterates; without a line search there the monolithic strategy fails at 27 ms.
 #[test]
 fn what_slips_on_and_on_does_not_drift_on_1_rank() {
     let case = light("end: 0.07");
-    let expected = Solved::by(&case, 0.3, MONOLITHIC, 1).well();
-    let found = Solved::by(&case, 0.3, "{ strategy: staggered }", 1).well();
-    agree(&expected, &found, (1e-6, 1e-5), "mu = 0.3");
+    for mu in [0.3, 16.0] {
+        let expected = Solved::by(&case, mu, MONOLITHIC, 1).well();
+        let found = Solved::by(&case, mu, "{ strategy: staggered }", 1).well();
+        agree(&expected, &found, (1e-6, 1e-5), &format!("mu = {mu}"));
+    }
 }
 
 /// Sweeps that overshoot by more than their error, 1.6 times at a coefficient of 4, converge at the
@@ -198,16 +201,6 @@ fn what_overshoots_converges_at_the_given_step_on_1_2_ranks() {
         let above = contractions.iter().filter(|contraction| **contraction > 1.0).count();
         assert!(above > 5, "{variant} at mu = {mu}: {above} sweeps above 1");
     }
-}
-
-/// At a coefficient of friction of 16 slip reverses in many iterates. Corrections are searched along there,
-/// too, and both strategies converge to the same result at every requested step.
-#[test]
-fn a_large_coefficient_needs_no_cut_on_1_rank() {
-    let case = light("end: 0.07");
-    let expected = Solved::by(&case, 16.0, MONOLITHIC, 1).well();
-    let found = Solved::by(&case, 16.0, "{ strategy: staggered }", 1).well();
-    agree(&expected, &found, (1e-6, 1e-5), "mu = 16");
 }
 
 /// The forces of the full system are those that a step leaves. The monolithic residual is small at
