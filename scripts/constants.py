@@ -148,7 +148,9 @@ def build(scratch):
         subprocess.run(["tar", "x", "-C", source], input=archive.stdout, check=True)
         (source / "src/tuned.rs").write_text(READER)
         for library, before, added in [
-            ("src/serial.rs", "\npub mod case;", "\npub mod tuned;"), ("src/lib.rs", "\npub mod assembly;", "\nuse serial::tuned;")
+            ("src/serial.rs", "\npub mod case;", "\npub mod tuned;"),
+            ("src/element/mod.rs", "\nuse serial::{", "\nuse serial::tuned;"),
+            ("src/lib.rs", "\npub mod assembly;", "\nuse serial::tuned;"),
         ]:
             text = (source / library).read_text()
             (source / library).write_text(text.replace(before, added + before))
@@ -172,7 +174,7 @@ def build(scratch):
                 continue
             text = message["message"] + json.dumps(message["spans"]) + json.dumps(message.get("children"))
             for file, name in wanted:
-                here = any(span["file_name"].removeprefix("serial/../") == file for span in message["spans"])
+                here = any(re.sub(r"^[a-z]+/\.\./", "", span["file_name"]) == file for span in message["spans"])
                 if re.search(rf"\{{[^{{}}]*\b{name}\}}", text) or here and re.search(rf"\b{name}\b", text):
                     dropped.add((file, name))
         print(f"{len(dropped)} constants are needed by the compiler", flush=True)

@@ -5,8 +5,9 @@
 //!
 //! # Modules in the order of their dependencies
 //!
-//! What knows neither PETSc nor how meshes are distributed is a crate of its own, `serial` (`src/serial.rs`), because it
-//! takes most of the time of a build. This crate re-exports its modules under their names.
+//! What knows neither PETSc nor how meshes are distributed is in two crates of its own, so that the program and the tests
+//! share one compiled form: the kernels of `element`, and the modules of `serial` (`src/serial.rs`) below them. This crate
+//! re-exports them under their names.
 //!
 //! A module imports from rows above its own, and from what stands beside it before a semicolon (`tests/layers.rs` reads the
 //! imports and compares).
@@ -51,9 +52,10 @@
 //!
 //! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.
 
+pub use element;
 pub use serial::{
-    case, collective, composed, contact, derivatives, element, error, files, lanes, material, matrix_format,
-    mesh, presets, reader, rounding, schemes, space, square, taylor, tensor, terms,
+    case, collective, composed, contact, derivatives, error, files, lanes, material, matrix_format, mesh,
+    presets, reader, rounding, schemes, space, square, taylor, tensor, terms,
 };
 
 pub mod accuracy;

@@ -1,15 +1,15 @@
-//! What knows neither PETSc nor how meshes are distributed: the case file and its reader, meshes, laws, and the
-//! kernels of elements and contact. Only errors, on which ranks agree, and collective operations name MPI.
+//! What knows neither PETSc nor how meshes are distributed: the case file and its reader, meshes, laws and contact.
+//! Only errors, on which ranks agree, and collective operations name MPI.
 //!
-//! The modules are on the map of the crate `contact_petsc`, which re-exports them. They are a crate of their own
-//! because they take most of the time of a build: the program and all tests above them link one compiled form.
+//! The modules are on the map of the crate `contact_petsc`, which re-exports them. They are a crate of their own, so
+//! that the program and all tests above them link one compiled form. The element kernels stand above them, in the
+//! crate `element`.
 
 pub mod case;
 pub mod collective;
 pub mod composed;
 pub mod contact;
 pub mod derivatives;
-pub mod element;
 pub mod error;
 pub mod files;
 pub mod lanes;

@@ -285,7 +285,7 @@ impl<const D: usize> LaneTask for Evaluate<'_, D> {
                 pressures.add_stiffness(unit, &mut work, &mut shape, group, nodes, wanted);
             }
             check(&work.det_f, &reserves, elements, &group.passes)?;
-            work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
+            work.emit(unit, batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! What a group computes in lanes, and the kernels of two and three dimensions, compiled in this crate.
 //!
-//! A function that is generic over the dimension is compiled again by every crate that calls it. The
-//! kernels take most of the time of a build. Behind the interface [`Compiled`] they are compiled once, for
-//! the program and its tests. Plane stress and axisymmetry are compiled for two dimensions only.
+//! A function that is generic over the dimension is compiled again by every crate that calls it. Behind the
+//! interface [`Compiled`] the kernels, which are large, are compiled once, for the program and its tests. Plane
+//! stress and axisymmetry are compiled for two dimensions only.
 
 use std::any::Any;
 

@@ -13,7 +13,7 @@ use super::batch::Sample;
 use super::group::Pass;
 use super::tangent::{Blocks, Selected};
 use super::workspace::Workspace;
-use crate::lanes::Lane;
+use crate::lanes::{Lane, LanePart};
 use crate::material::{VolumeLaw, Volumetric};
 use crate::square::{Row, Square, apply, apply_add, inner_gram, product, scale_all};
 
@@ -28,11 +28,31 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         wanted: Option<Selected<L>>,
         first: usize,
     ) {
-        let n = self.force.len();
-        let terms = &mut self.dilatation;
+        unit.apart(VolumeTerms { work: self, unit, pass, law, wanted, first });
+    }
+}
+
+/// [`Workspace::add_volume_terms`].
+struct VolumeTerms<'a, L, const D: usize> {
+    work: &'a mut Workspace<L, D>,
+    unit: L,
+    pass: &'a Pass,
+    law: &'a VolumeLaw,
+    wanted: Option<Selected<L>>,
+    first: usize,
+}
+
+impl<L: Lane, const D: usize> LanePart for VolumeTerms<'_, L, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { work, unit, pass, law, wanted, first } = self;
+        let n = work.force.len();
+        let terms = &mut work.dilatation;
         for q in 0..pass.samples() {
-            let sample = self.batch.locate(unit, pass, q);
-            terms.projection.set(q, sample.volume, &self.batch.place(unit, pass, q));
+            let sample = work.batch.locate(unit, pass, q);
+            terms.projection.set(q, sample.volume, &work.batch.place(unit, pass, q));
             terms.dilatation[q] = law.dilatation(&sample.grad_u[0]);
         }
         terms.projection.orthogonalize();
@@ -41,29 +61,29 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             let [slope, curvature] = law.slope_and_curvature(terms.dilatation[q]);
             terms.pressure[q] = slope;
             terms.curvature[q] = curvature;
-            self.det_f[first + q] = law.volume_ratio(terms.dilatation[q]).lanes();
+            work.det_f[first + q] = law.volume_ratio(terms.dilatation[q]).lanes();
         }
         terms.projection.project(&mut terms.pressure);
         terms.flux.fill([unit.constant(0.0); D]);
         for q in 0..pass.samples() {
-            let sample = self.batch.locate(unit, pass, q);
+            let sample = work.batch.locate(unit, pass, q);
             let grad_u = &sample.grad_u[0];
             let map = product(&law.gradient(grad_u), &sample.map);
             let weight = terms.pressure[q] * sample.volume;
-            let slopes = &self.batch.slopes;
+            let slopes = &work.batch.slopes;
             let Some(wanted) = wanted else {
                 let weighted = scale_all(&map, weight);
-                for (force, slope) in self.force.iter_mut().zip(slopes) {
+                for (force, slope) in work.force.iter_mut().zip(slopes) {
                     *force = apply_add(&weighted, slope, force);
                 }
                 continue;
             };
-            for (mapped, slope) in self.blocks.mapped.iter_mut().zip(slopes) {
+            for (mapped, slope) in work.blocks.mapped.iter_mut().zip(slopes) {
                 *mapped = apply(&map, slope);
             }
             for a in 0..n {
-                let mapped = self.blocks.mapped[a];
-                let force = &mut self.force[a];
+                let mapped = work.blocks.mapped[a];
+                let force = &mut work.force[a];
                 for i in 0..D {
                     force[i] = weight.mul_add(mapped[i], force[i]);
                 }
@@ -75,22 +95,22 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
                     }
                 }
             }
-            self.blocks.add_dilatation_curvature(slopes, law, &sample, &map, weight, wanted);
+            work.blocks.add_dilatation_curvature(slopes, law, &sample, &map, weight, wanted);
         }
         if let Some(wanted) = wanted {
             let curvatures = terms.projection.curvatures(&terms.curvature);
             for k in 0..terms.projection.size() {
                 // The row of H times the fluxes takes the place of the mapped slopes.
-                self.blocks.mapped.fill([unit.constant(0.0); D]);
+                work.blocks.mapped.fill([unit.constant(0.0); D]);
                 for l in 0..terms.projection.size() {
                     let factor = curvatures[k][l] * wanted.material;
-                    for (sum, flux) in self.blocks.mapped.iter_mut().zip(&terms.flux[l * n..(l + 1) * n]) {
+                    for (sum, flux) in work.blocks.mapped.iter_mut().zip(&terms.flux[l * n..(l + 1) * n]) {
                         for i in 0..D {
                             sum[i] = factor.mul_add(flux[i], sum[i]);
                         }
                     }
                 }
-                self.blocks.add_outer(&terms.flux[k * n..(k + 1) * n]);
+                work.blocks.add_outer(&terms.flux[k * n..(k + 1) * n]);
             }
         }
     }

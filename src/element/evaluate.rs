@@ -17,7 +17,7 @@ pub(super) fn in_plane(job: Job<'_, 2>) -> Result<(), Inverted> {
     }
     match formulation.plane_stress() {
         None => solid(job),
-        Some(law) => dispatch(General::<PlaneStress, 2, false>::of_one(job, Box::new(law))),
+        Some(law) => dispatch(General::<PlaneStress, 2>::of_one(job, Box::new(law))),
     }
 }
 
@@ -58,8 +58,5 @@ fn run_general<K: PointLaw + ?Sized, const D: usize>(
     job: Job<D>,
     part: impl Fn(Part) -> Box<K>,
 ) -> Result<(), Inverted> {
-    match job.viscous {
-        None => dispatch(General::<K, D, false>::new(job, part)),
-        Some(_) => dispatch(General::<K, D, true>::new(job, part)),
-    }
+    dispatch(General::<K, D>::new(job, part))
 }

@@ -11,17 +11,17 @@ use super::Inverted;
 use super::batch::{Sample, check};
 use super::group::Sampling;
 use super::linearised_pressure::{FlatShape, LinearisedPressure};
-use super::tangent::Selected;
+use super::tangent::{Blocks, Selected};
 use super::viscous::{added_stress, in_plane, in_space};
 use super::workspace::{Job, Workspace};
-use crate::lanes::{Lane, LaneTask, WIDTH};
+use crate::lanes::{Lane, LanePart, LaneTask, WIDTH};
 use crate::material::{Deviator, DeviatorTangent, FiniteDeviator, Overstress, Part, PointLaw, Response};
 use crate::square::{
     Row, Square, apply, apply_add, det_minus_one, plus_one, product, scale_all, sum, transpose,
 };
 
-/// A job with the parts of a law. `VISCOUS` is set if the job has the stress of a Prony series.
-pub(super) struct General<'a, K: ?Sized, const D: usize, const VISCOUS: bool> {
+/// A job with the parts of a law.
+pub(super) struct General<'a, K: ?Sized, const D: usize> {
     job: Job<'a, D>,
     /// One entry for each pass.
     parts: Vec<Box<K>>,
@@ -29,7 +29,7 @@ pub(super) struct General<'a, K: ?Sized, const D: usize, const VISCOUS: bool> {
     relaxing: Option<Box<K>>,
 }
 
-impl<'a, K: ?Sized, const D: usize, const VISCOUS: bool> General<'a, K, D, VISCOUS> {
+impl<'a, K: ?Sized, const D: usize> General<'a, K, D> {
     /// A job with the law of which `part` gives the parts.
     pub fn new(job: Job<'a, D>, part: impl Fn(Part) -> Box<K>) -> Self {
         let parts = job.group.parts(&part);
@@ -52,14 +52,13 @@ struct Viscous<'a, K: ?Sized> {
     number: usize,
 }
 
-impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for General<'_, K, D, VISCOUS> {
+impl<K: PointLaw + ?Sized, const D: usize> LaneTask for General<'_, K, D> {
     type Output = std::result::Result<(), Inverted>;
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> Self::Output {
         let Job { group, u, viscous, request, sink } = self.job;
-        // Elastic groups have a kernel without the viscous code.
-        let viscous = if VISCOUS { viscous.zip(self.relaxing.as_deref()) } else { None };
+        let viscous = viscous.zip(self.relaxing.as_deref());
         let n = group.kind.nodes();
         let volume_law = group.volume_law();
         let wanted = request.stiffness.map(|terms| Selected::new(unit, terms));
@@ -89,7 +88,17 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
                         overstress,
                         number: batch * pass.samples() + q,
                     });
-                    let reached = add_law(&mut work, &gradients, &sample, &**law, viscous, wanted);
+                    let elastic = ElasticSample {
+                        work: &mut work,
+                        gradients: &gradients,
+                        sample: &sample,
+                        law: &**law,
+                        wanted,
+                    };
+                    let reached = match viscous {
+                        None => unit.apart(elastic),
+                        Some(viscous) => unit.apart(RelaxingSample { elastic, viscous }),
+                    };
                     work.det_f[point] = reached.det_f.lanes();
                     if let Some(reserve) = law.reserve(&sample.grad_u[0], &reached.second_piola) {
                         reserves.push(reserve.lanes());
@@ -101,7 +110,7 @@ impl<K: PointLaw + ?Sized, const D: usize, const VISCOUS: bool> LaneTask for Gen
                 pressures.add_stiffness(unit, &mut work, &mut FlatShape, group, nodes, wanted);
             }
             check(&work.det_f, &reserves, elements, &group.passes)?;
-            work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
+            work.emit(unit, batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())
     }
@@ -113,47 +122,100 @@ struct Reached<L, const D: usize> {
     second_piola: Square<L, D>,
 }
 
-/// Adds one sample.
-#[inline(always)]
-fn add_law<K: PointLaw + ?Sized, L: Lane, const D: usize>(
-    work: &mut Workspace<L, D>,
-    gradients: &[Row<L, D>],
-    sample: &Sample<L, D, 1>,
-    law: &K,
-    viscous: Option<Viscous<K>>,
+/// Adds one sample of a law.
+struct ElasticSample<'a, K: ?Sized, L, const D: usize> {
+    work: &'a mut Workspace<L, D>,
+    gradients: &'a [Row<L, D>],
+    sample: &'a Sample<L, D, 1>,
+    law: &'a K,
     wanted: Option<Selected<L>>,
-) -> Reached<L, D> {
-    let grad_u = &sample.grad_u[0];
-    let f = plus_one(grad_u);
-    let second_piola = match (wanted, viscous) {
-        (None, None) => law.stress(grad_u),
-        (None, Some(viscous)) => sum(&law.stress(grad_u), &viscous.stress(grad_u)),
-        (Some(wanted), None) => {
-            let Response { second_piola, tangent } = law.respond(grad_u);
-            let tangent = Elastic::<K, L, D>(&tangent);
-            let elasticity = elasticity(&second_piola, &tangent, &f, sample.volume, wanted);
-            work.blocks.add_elasticity(gradients, &elasticity);
-            second_piola
-        }
-        (Some(wanted), Some(viscous)) => {
-            let elastic = law.respond(grad_u);
-            let added = viscous.respond(grad_u);
-            let second_piola = sum(&elastic.second_piola, &added.second_piola);
-            let tangent = Relaxing::<K, L, D> {
-                elastic: &elastic.tangent,
-                factor: viscous.overstress.factor,
-                deviator: &added.tangent,
-            };
-            let elasticity = elasticity(&second_piola, &tangent, &f, sample.volume, wanted);
-            work.blocks.add_elasticity(gradients, &elasticity);
-            second_piola
-        }
-    };
-    let flux = scale_all(&product(&f, &second_piola), sample.volume);
-    for (force, gradient) in work.force.iter_mut().zip(gradients) {
-        *force = apply_add(&flux, gradient, force);
+}
+
+impl<K: PointLaw + ?Sized, L: Lane, const D: usize> LanePart for ElasticSample<'_, K, L, D> {
+    type Output = Reached<L, D>;
+
+    #[inline(always)]
+    fn run(self) -> Reached<L, D> {
+        let grad_u = &self.sample.grad_u[0];
+        let Some(wanted) = self.wanted else {
+            let stress = self.law.stress(grad_u);
+            return self.add_force(stress);
+        };
+        let Response { second_piola, tangent } = self.law.respond(grad_u);
+        let tangent = Elastic::<K, L, D>(&tangent);
+        let elasticity = elasticity(&second_piola, &tangent, self.sample, wanted);
+        self.add(&second_piola, &elasticity)
     }
-    Reached { det_f: det_minus_one(grad_u) + sample.volume.constant(1.0), second_piola }
+}
+
+impl<K: ?Sized, L: Lane, const D: usize> ElasticSample<'_, K, L, D> {
+    /// Adds the stiffness, and the force of this stress.
+    #[inline(always)]
+    fn add(self, second_piola: &Square<L, D>, elasticity: &[[Square<L, D>; D]; D]) -> Reached<L, D> {
+        self.sample.volume.apart(AddElasticity {
+            blocks: &mut self.work.blocks,
+            gradients: self.gradients,
+            elasticity,
+        });
+        self.add_force(*second_piola)
+    }
+
+    /// Adds the force of this stress.
+    #[inline(always)]
+    fn add_force(self, second_piola: Square<L, D>) -> Reached<L, D> {
+        let Sample { volume, grad_u: [grad_u], .. } = self.sample;
+        let flux = scale_all(&product(&plus_one(grad_u), &second_piola), *volume);
+        for (force, gradient) in self.work.force.iter_mut().zip(self.gradients) {
+            *force = apply_add(&flux, gradient, force);
+        }
+        Reached { det_f: det_minus_one(grad_u) + volume.constant(1.0), second_piola }
+    }
+}
+
+/// Adds one sample of a law with a Prony series.
+struct RelaxingSample<'a, K: ?Sized, L, const D: usize> {
+    elastic: ElasticSample<'a, K, L, D>,
+    viscous: Viscous<'a, K>,
+}
+
+impl<K: PointLaw + ?Sized, L: Lane, const D: usize> LanePart for RelaxingSample<'_, K, L, D> {
+    type Output = Reached<L, D>;
+
+    #[inline(always)]
+    fn run(self) -> Reached<L, D> {
+        let Self { elastic: sample, viscous } = self;
+        let grad_u = &sample.sample.grad_u[0];
+        let Some(wanted) = sample.wanted else {
+            let stress = sum(&sample.law.stress(grad_u), &viscous.stress(grad_u));
+            return sample.add_force(stress);
+        };
+        let elastic = sample.law.respond(grad_u);
+        let added = viscous.respond(grad_u);
+        let second_piola = sum(&elastic.second_piola, &added.second_piola);
+        let tangent = Relaxing::<K, L, D> {
+            elastic: &elastic.tangent,
+            factor: viscous.overstress.factor,
+            deviator: &added.tangent,
+        };
+        let elasticity = elasticity(&second_piola, &tangent, sample.sample, wanted);
+        sample.add(&second_piola, &elasticity)
+    }
+}
+
+/// [`Blocks::add_elasticity`].
+struct AddElasticity<'a, L, const D: usize> {
+    blocks: &'a mut Blocks<L, D>,
+    gradients: &'a [Row<L, D>],
+    elasticity: &'a [[Square<L, D>; D]; D],
+}
+
+impl<L: Lane, const D: usize> LanePart for AddElasticity<'_, L, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.blocks.add_elasticity(self.gradients, self.elasticity);
+    }
 }
 
 impl<K: PointLaw + ?Sized> Viscous<'_, K> {
@@ -216,13 +278,14 @@ impl<K: PointLaw + ?Sized, L: Lane, const D: usize> Contraction<L, D> for Relaxi
 fn elasticity<C: Contraction<L, D>, L: Lane, const D: usize>(
     second_piola: &Square<L, D>,
     tangent: &C,
-    f: &Square<L, D>,
-    volume: L,
+    sample: &Sample<L, D, 1>,
     wanted: Selected<L>,
 ) -> [[Square<L, D>; D]; D] {
+    let volume = sample.volume;
+    let f = plus_one(&sample.grad_u[0]);
     let zero = volume.constant(0.0);
     let half = volume.constant(0.5);
-    let carrier = scale_all(f, volume * wanted.material);
+    let carrier = scale_all(&f, volume * wanted.material);
     let stress = scale_all(second_piola, volume * wanted.geometric);
     // columns[K][L][J][i] = F_iI C_IJKL
     let mut columns = [[[[zero; D]; D]; D]; D];

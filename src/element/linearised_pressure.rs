@@ -14,7 +14,7 @@ use super::group::{ElementGroup, Formulation, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, locks};
 use super::tangent::Selected;
 use super::workspace::Workspace;
-use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
+use crate::lanes::{Lane, LanePart, LaneTask, WIDTH, dispatch};
 use crate::material::VolumeLaw;
 use crate::mesh::PlaneState;
 use crate::square::{Row, apply, apply_add, double_dot, product, product_transposed, scale_all, sum};
@@ -204,13 +204,7 @@ impl<'a, L: Lane, const D: usize> LinearisedPressure<'a, L, D> {
         nodes: &[[u32; WIDTH]],
         wanted: Selected<L>,
     ) {
-        let law = group.volume_law();
-        let pass = &group.passes[group.passes.len() - 1];
-        self.find(unit, work, shape, pass, &law, nodes);
-        for q in 0..pass.samples() {
-            let at = shape.locate(unit, &mut work.batch, pass, q);
-            shape.add_stiffness(work, &law, &at, self.change[q] * S::volume(&at), wanted);
-        }
+        unit.apart(AddStiffness { pressures: self, unit, work, shape, group, nodes, wanted });
     }
 
     /// Sets `p* - p` at the samples of a pass.
@@ -263,6 +257,33 @@ impl<'a, L: Lane, const D: usize> LinearisedPressure<'a, L, D> {
     }
 }
 
+/// [`LinearisedPressure::add_stiffness`].
+struct AddStiffness<'a, 'b, S, L, const D: usize> {
+    pressures: &'a mut LinearisedPressure<'b, L, D>,
+    unit: L,
+    work: &'a mut Workspace<L, D>,
+    shape: &'a mut S,
+    group: &'a ElementGroup<D>,
+    nodes: &'a [[u32; WIDTH]],
+    wanted: Selected<L>,
+}
+
+impl<S: VolumeSamples<L, D>, L: Lane, const D: usize> LanePart for AddStiffness<'_, '_, S, L, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { pressures, unit, work, shape, group, nodes, wanted } = self;
+        let law = group.volume_law();
+        let pass = &group.passes[group.passes.len() - 1];
+        pressures.find(unit, work, shape, pass, &law, nodes);
+        for q in 0..pass.samples() {
+            let at = shape.locate(unit, &mut work.batch, pass, q);
+            shape.add_stiffness(work, &law, &at, pressures.change[q] * S::volume(&at), wanted);
+        }
+    }
+}
+
 impl<const D: usize> PressureChange<'_, D> {
     /// Passes the forces of all elements to the sink.
     #[inline(always)]
@@ -288,7 +309,7 @@ impl<const D: usize> PressureChange<'_, D> {
                 let at = shape.locate(unit, &mut work.batch, pass, q);
                 shape.add_force(&mut work, &law, &at, pressures.change[q] * S::volume(&at));
             }
-            work.emit(batch * WIDTH, elements.len(), false, sink);
+            work.emit(unit, batch * WIDTH, elements.len(), false, sink);
         }
     }
 }

@@ -2,7 +2,8 @@
 //! elements.
 //!
 //! All results are passed element by element to an [`ElementSink`]. The kernels are independent of
-//! matrix formats, global numbers and processes.
+//! matrix formats, global numbers and processes. They are a crate of their own above `serial`, so that they are
+//! compiled once. Their tests are in `element/tests`.
 
 mod axisymmetric;
 mod batch;
@@ -31,6 +32,9 @@ pub use loads::{Configuration, LoadedLine, LoadedSurface};
 pub use patches::PatchGroup;
 pub use stress::{Cauchy, CauchyState, ElementStress};
 pub use viscous::{ViscousEnergies, ViscousHistory, components};
+
+// Files of this crate name these modules by `crate`, like those of the program.
+use serial::{composed, error, lanes, material, mesh, space, square, tensor, terms};
 
 use crate::terms::Terms;
 

@@ -21,7 +21,7 @@ use super::linearised_pressure::{FlatShape, LinearisedPressure};
 use super::tangent::{Form, Selected, Tangent, first_form};
 use super::viscous::added_stress;
 use super::workspace::{Job, Workspace};
-use crate::lanes::{Lane, LaneTask, WIDTH};
+use crate::lanes::{Lane, LanePart, LaneTask, WIDTH};
 use crate::material::{MetricLaw, Moduli, Overstress};
 use crate::square::{apply_add, product, scale_all};
 
@@ -66,7 +66,15 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
                 let form = if number == 0 { first_form::<P>() } else { Form::Sum };
                 for q in 0..pass.samples() {
                     let sample = work.batch.locate(unit, pass, q);
-                    let det_f = work.add_law::<P>(&sample, &moduli, wanted, form);
+                    let law = PhantomData::<P>;
+                    let det_f = unit.apart(AddLaw {
+                        law,
+                        work: &mut work,
+                        sample: &sample,
+                        moduli: &moduli,
+                        wanted,
+                        form,
+                    });
                     if let Some(viscous) = viscous {
                         work.add_history(viscous, batch * pass.samples() + q, &sample);
                     }
@@ -81,7 +89,7 @@ impl<P: MetricLaw, const D: usize> LaneTask for Solid<'_, P, D> {
                 pressures.add_stiffness(unit, &mut work, &mut FlatShape, group, nodes, wanted);
             }
             check(&work.det_f, &[], elements, &group.passes)?;
-            work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
+            work.emit(unit, batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())
     }
@@ -105,30 +113,38 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             *force = apply_add(&flux, slope, force);
         }
     }
+}
 
-    /// Adds one sample; returns `det F` there.
+/// Adds one sample; returns `det F` there.
+struct AddLaw<'a, P, L, const D: usize> {
+    law: PhantomData<P>,
+    work: &'a mut Workspace<L, D>,
+    sample: &'a Sample<L, D, 1>,
+    moduli: &'a Moduli<L>,
+    wanted: Option<Selected<L>>,
+    form: Form,
+}
+
+impl<P: MetricLaw, L: Lane, const D: usize> LanePart for AddLaw<'_, P, L, D> {
+    type Output = L;
+
     #[inline(always)]
-    fn add_law<P: MetricLaw>(
-        &mut self,
-        sample: &Sample<L, D, 1>,
-        moduli: &Moduli<L>,
-        wanted: Option<Selected<L>>,
-        form: Form,
-    ) -> L {
+    fn run(self) -> L {
+        let Self { law: _, work, sample, moduli, wanted, form } = self;
         let response = P::respond_with_metric(moduli, &sample.grad_u[0]);
         let flux = scale_all(&product(&response.first_piola, &sample.map), sample.volume);
-        for (force, slope) in self.force.iter_mut().zip(&self.batch.slopes) {
+        for (force, slope) in work.force.iter_mut().zip(&work.batch.slopes) {
             *force = apply_add(&flux, slope, force);
         }
         if let Some(wanted) = wanted {
             let tangent = Tangent::new::<P>(&response, &sample.map, sample.volume, wanted);
-            let slopes = &self.batch.slopes;
+            let slopes = &work.batch.slopes;
             match form {
-                Form::Sum => self.blocks.add(slopes, &tangent, P::METRIC),
+                Form::Sum => work.blocks.add(slopes, &tangent, P::METRIC),
                 Form::Factored => {
                     let inverse = (moduli.lambda + moduli.mu).recip();
                     let weight = sample.volume * wanted.material;
-                    self.blocks.add_factored(slopes, &tangent.over(inverse), weight, P::METRIC);
+                    work.blocks.add_factored(slopes, &tangent.over(inverse), weight, P::METRIC);
                 }
             }
         }

@@ -10,8 +10,9 @@ use super::batch::{Batch, Sample, check};
 use super::group::{ElementGroup, Pass, Sampling};
 use super::projection::Dilatation;
 use super::tangent::Selected;
+use super::workspace::Gather;
 use super::{ElementSink, Inverted, Request};
-use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
+use crate::lanes::{Lane, LanePart, LaneTask, WIDTH, dispatch};
 use crate::material::{IsotropicLaw, Law, LawPart, LawTask, PointLaw, StepMotion, VolumeLaw, VolumeStep};
 use crate::square::{
     Row, Square, apply, apply_add, det_minus_one, dot, plus_one, product, scale_add, scale_all,
@@ -109,7 +110,7 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
                 }
             }
             check(&work.det_f, &reserves, elements, &group.passes)?;
-            work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
+            work.emit(unit, batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())
     }
@@ -186,7 +187,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     #[inline(always)]
     fn gather(&mut self, unit: L, nodes: &[[u32; WIDTH]], points: &[[[f64; WIDTH]; D]], u: [&[f64]; 2]) {
         let zero = unit.constant(0.0);
-        self.batch.gather(unit, nodes, points, u);
+        unit.apart(Gather { batch: &mut self.batch, unit, nodes, points, u });
         self.force.fill([zero; D]);
         self.blocks.fill([[zero; D]; D]);
     }
@@ -219,36 +220,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         volume: L,
         wanted: Selected<L>,
     ) {
-        let n = self.gradients.len();
-        let f_end = plus_one(&motion.end);
-        let stress = scale_all(second_piola, volume * wanted.geometric);
-        let carrier = scale_all(&plus_one(&motion.middle), volume * wanted.material);
-        for b in 0..n {
-            let gradient = self.gradients[b];
-            let stiffening = apply(&stress, &gradient);
-            let mut columns = [[[gradient[0].constant(0.0); D]; D]; D];
-            for (column, row) in columns.iter_mut().zip(&f_end) {
-                // The end moves twice as far as the middle.
-                let mut strain = *column;
-                for k in 0..D {
-                    for l in 0..D {
-                        strain[k][l] = row[k].mul_add(gradient[l], gradient[k] * row[l]);
-                    }
-                }
-                *column = product(&carrier, &change.contract(&strain));
-            }
-            for a in 0..n {
-                let test = self.gradients[a];
-                let isotropic = dot(&test, &stiffening);
-                let block = &mut self.blocks[a * n + b];
-                for (j, column) in columns.iter().enumerate() {
-                    for i in 0..D {
-                        block[i][j] = block[i][j] + dot(&column[i], &test);
-                    }
-                    block[j][j] = block[j][j] + isotropic;
-                }
-            }
-        }
+        volume.apart(AddStiffness { work: self, motion, second_piola, change, volume, wanted });
     }
 
     /// Adds the volume terms of a batch, with the pressure `p = P (U_end - U_start) / (s_end - s_start)`
@@ -263,65 +235,140 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         wanted: Option<Selected<L>>,
         first: usize,
     ) {
-        let n = self.gradients.len();
+        unit.apart(VolumeTerms { work: self, unit, pass, law, wanted, first });
+    }
+
+    /// Passes the real (not padded) lanes of a batch to the sink.
+    #[inline(always)]
+    fn emit(&mut self, unit: L, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
+        unit.apart(Emit { work: self, first, count, stiffness, sink });
+    }
+}
+
+/// [`Workspace::add_stiffness`].
+struct AddStiffness<'a, C, L, const D: usize> {
+    work: &'a mut Workspace<L, D>,
+    motion: &'a StepMotion<L, D>,
+    second_piola: &'a Square<L, D>,
+    change: &'a C,
+    volume: L,
+    wanted: Selected<L>,
+}
+
+impl<C: StepChange<L, D>, L: Lane, const D: usize> LanePart for AddStiffness<'_, C, L, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { work, motion, second_piola, change, volume, wanted } = self;
+        let n = work.gradients.len();
+        let f_end = plus_one(&motion.end);
+        let stress = scale_all(second_piola, volume * wanted.geometric);
+        let carrier = scale_all(&plus_one(&motion.middle), volume * wanted.material);
+        for b in 0..n {
+            let gradient = work.gradients[b];
+            let stiffening = apply(&stress, &gradient);
+            let mut columns = [[[gradient[0].constant(0.0); D]; D]; D];
+            for (column, row) in columns.iter_mut().zip(&f_end) {
+                // The end moves twice as far as the middle.
+                let mut strain = *column;
+                for k in 0..D {
+                    for l in 0..D {
+                        strain[k][l] = row[k].mul_add(gradient[l], gradient[k] * row[l]);
+                    }
+                }
+                *column = product(&carrier, &change.contract(&strain));
+            }
+            for a in 0..n {
+                let test = work.gradients[a];
+                let isotropic = dot(&test, &stiffening);
+                let block = &mut work.blocks[a * n + b];
+                for (j, column) in columns.iter().enumerate() {
+                    for i in 0..D {
+                        block[i][j] = block[i][j] + dot(&column[i], &test);
+                    }
+                    block[j][j] = block[j][j] + isotropic;
+                }
+            }
+        }
+    }
+}
+
+/// [`Workspace::add_volume_terms`].
+struct VolumeTerms<'a, L, const D: usize> {
+    work: &'a mut Workspace<L, D>,
+    unit: L,
+    pass: &'a Pass,
+    law: &'a VolumeLaw,
+    wanted: Option<Selected<L>>,
+    first: usize,
+}
+
+impl<L: Lane, const D: usize> LanePart for VolumeTerms<'_, L, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { work, unit, pass, law, wanted, first } = self;
+        let n = work.gradients.len();
         for q in 0..pass.samples() {
-            let Sample { volume, grad_u: [start, middle], .. } = self.batch.locate(unit, pass, q);
+            let Sample { volume, grad_u: [start, middle], .. } = work.batch.locate(unit, pass, q);
             let motion = StepMotion::new(start, middle);
-            let terms = &mut self.dilatation;
-            terms.projection.set(q, volume, &self.batch.place(unit, pass, q));
-            self.dilatation_start[q] = law.dilatation(&motion.start);
+            let terms = &mut work.dilatation;
+            terms.projection.set(q, volume, &work.batch.place(unit, pass, q));
+            work.dilatation_start[q] = law.dilatation(&motion.start);
             terms.dilatation[q] = law.dilatation(&motion.end);
         }
-        let terms = &mut self.dilatation;
+        let terms = &mut work.dilatation;
         terms.projection.orthogonalize();
-        terms.projection.project(&mut self.dilatation_start);
+        terms.projection.project(&mut work.dilatation_start);
         terms.projection.project(&mut terms.dilatation);
         for q in 0..pass.samples() {
-            let [slope, curvature] = law.slope_over_step(self.dilatation_start[q], terms.dilatation[q]);
+            let [slope, curvature] = law.slope_over_step(work.dilatation_start[q], terms.dilatation[q]);
             terms.pressure[q] = slope;
             terms.curvature[q] = curvature;
-            self.det_f[first + q] = law.volume_ratio(terms.dilatation[q]).lanes();
+            work.det_f[first + q] = law.volume_ratio(terms.dilatation[q]).lanes();
         }
         terms.projection.project(&mut terms.pressure);
         terms.flux.fill([unit.constant(0.0); D]);
-        self.flux_end.fill([unit.constant(0.0); D]);
+        work.flux_end.fill([unit.constant(0.0); D]);
         for q in 0..pass.samples() {
-            let (volume, [start, middle]) = self.locate(unit, pass, q);
+            let (volume, [start, middle]) = work.locate(unit, pass, q);
             let motion = StepMotion::new(start, middle);
             let step = law.over_step(&motion);
-            let pressure = self.dilatation.pressure[q];
+            let pressure = work.dilatation.pressure[q];
             let stress = scale_all(&step.gradient, pressure);
             let f_middle = plus_one(&middle);
-            self.add_force(&f_middle, &stress, volume);
+            work.add_force(&f_middle, &stress, volume);
             let Some(wanted) = wanted else { continue };
             let change = VolumeOverStep { step: &step, pressure };
-            self.add_stiffness(&motion, &stress, &change, volume, wanted);
+            work.add_stiffness(&motion, &stress, &change, volume, wanted);
             let force = product(&f_middle, &step.gradient);
             // The end moves twice as far as the middle.
             let end = scale_all(&law.gradient(&motion.end), unit.constant(2.0));
-            let terms = &mut self.dilatation;
+            let terms = &mut work.dilatation;
             for k in 0..terms.projection.size() {
                 let share = terms.projection.basis[k * pass.samples() + q] * volume;
                 let [force, end] = [scale_all(&force, share), scale_all(&end, share)];
                 for a in 0..n {
-                    let (flux, flux_end) = (&mut terms.flux[k * n + a], &mut self.flux_end[k * n + a]);
-                    *flux = apply_add(&force, &self.gradients[a], flux);
-                    *flux_end = apply_add(&end, &self.gradients[a], flux_end);
+                    let (flux, flux_end) = (&mut terms.flux[k * n + a], &mut work.flux_end[k * n + a]);
+                    *flux = apply_add(&force, &work.gradients[a], flux);
+                    *flux_end = apply_add(&end, &work.gradients[a], flux_end);
                 }
             }
         }
         let Some(wanted) = wanted else { return };
-        let terms = &self.dilatation;
+        let terms = &work.dilatation;
         let curvatures = terms.projection.curvatures(&terms.curvature);
         for k in 0..terms.projection.size() {
             for b in 0..n {
                 let mut row = [unit.constant(0.0); D];
                 for l in 0..terms.projection.size() {
-                    row = scale_add(&self.flux_end[l * n + b], curvatures[k][l] * wanted.material, &row);
+                    row = scale_add(&work.flux_end[l * n + b], curvatures[k][l] * wanted.material, &row);
                 }
                 for a in 0..n {
                     let flux = &terms.flux[k * n + a];
-                    let block = &mut self.blocks[a * n + b];
+                    let block = &mut work.blocks[a * n + b];
                     for i in 0..D {
                         block[i] = scale_add(&row, flux[i], &block[i]);
                     }
@@ -329,21 +376,34 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             }
         }
     }
+}
 
-    /// Passes the real (not padded) lanes of a batch to the sink.
+/// [`Workspace::emit`].
+struct Emit<'a, L, const D: usize> {
+    work: &'a mut Workspace<L, D>,
+    first: usize,
+    count: usize,
+    stiffness: bool,
+    sink: &'a mut dyn ElementSink,
+}
+
+impl<L: Lane, const D: usize> LanePart for Emit<'_, L, D> {
+    type Output = ();
+
     #[inline(always)]
-    fn emit(&mut self, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
+    fn run(self) {
+        let Self { work, first, count, stiffness, sink } = self;
         for lane in 0..count {
-            for (out, value) in self.force_out.iter_mut().zip(self.force.as_flattened()) {
+            for (out, value) in work.force_out.iter_mut().zip(work.force.as_flattened()) {
                 *out = value.lanes()[lane];
             }
             if stiffness {
-                let entries = self.blocks.as_flattened().as_flattened();
-                for (out, value) in self.stiffness_out.iter_mut().zip(entries) {
+                let entries = work.blocks.as_flattened().as_flattened();
+                for (out, value) in work.stiffness_out.iter_mut().zip(entries) {
                     *out = value.lanes()[lane];
                 }
             }
-            sink.element(first + lane, &self.force_out, stiffness.then_some(&self.stiffness_out));
+            sink.element(first + lane, &work.force_out, stiffness.then_some(&work.stiffness_out));
         }
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, reference_gradients};
 use super::projection::Projection;
-use super::viscous::{in_plane, in_space};
+use super::viscous::{in_plane, in_space, overstress_at};
 use crate::material::{
     Deviator, FiniteDeviator, Hooke, Law, LawPart, LawTask, LinearDeviator, Material, MetricLaw, Overstress,
     Part, PlaneStress, PointLaw, VolumeLaw, Volumetric,
@@ -192,7 +192,7 @@ impl<const D: usize> ElementGroup<D> {
             Kinematics::Linear => LinearDeviator { mu: self.formulation.moduli().mu }.stress(grad_u),
             Kinematics::Finite => IsochoricAt { grad_u: *grad_u }.of(&self.formulation.material),
         };
-        viscous.at::<D>(index, self.passes[0].samples(), point, &isochoric)
+        overstress_at::<D>(viscous, index, self.passes[0].samples(), point, &isochoric)
     }
 
     /// The displacement gradient in space, completed under plane stress by `H_33`.

@@ -412,27 +412,25 @@ fn minus<T: Real>(a: &Square<T, 3>, b: &Square<T, 3>) -> Square<T, 3> {
     sum(a, &scale_all(b, b[0][0].constant(-1.0)))
 }
 
-impl Overstress {
-    /// The added second Piola stress in space of the element `index` at one of its `points`, of which
-    /// the isochoric stress of the law is given \[Pa\].
-    pub(super) fn at<const D: usize>(
-        &self,
-        index: usize,
-        points: usize,
-        point: usize,
-        isochoric: &Square<f64, 3>,
-    ) -> Square<f64, 3> {
-        let width = components(D);
-        let mut out = scale_all(isochoric, self.factor);
-        let first = (index / WIDTH * points + point) * width;
-        if let Some(values) = self.predicted.get(first..first + width) {
-            for (value, [i, j]) in values.iter().zip(PLACES) {
-                out[i][j] += value[index % WIDTH];
-                if i != j {
-                    out[j][i] += value[index % WIDTH];
-                }
+/// The second Piola stress in space that `overstress` adds to the element `index` at one of its `points`, of
+/// which the isochoric stress of the law is given \[Pa\].
+pub(super) fn overstress_at<const D: usize>(
+    overstress: &Overstress,
+    index: usize,
+    points: usize,
+    point: usize,
+    isochoric: &Square<f64, 3>,
+) -> Square<f64, 3> {
+    let width = components(D);
+    let mut out = scale_all(isochoric, overstress.factor);
+    let first = (index / WIDTH * points + point) * width;
+    if let Some(values) = overstress.predicted.get(first..first + width) {
+        for (value, [i, j]) in values.iter().zip(PLACES) {
+            out[i][j] += value[index % WIDTH];
+            if i != j {
+                out[j][i] += value[index % WIDTH];
             }
         }
-        out
     }
+    out
 }

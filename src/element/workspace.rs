@@ -6,7 +6,7 @@ use super::group::{ElementGroup, Pass};
 use super::projection::Dilatation;
 use super::tangent::Blocks;
 use super::{ElementSink, Request};
-use crate::lanes::{Lane, WIDTH};
+use crate::lanes::{Lane, LanePart, WIDTH};
 use crate::material::Overstress;
 use crate::square::Row;
 
@@ -48,31 +48,68 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     /// Loads a batch and clears the sums.
     #[inline(always)]
     pub fn gather(&mut self, unit: L, nodes: &[[u32; WIDTH]], points: &[[[f64; WIDTH]; D]], u: &[f64]) {
-        self.batch.gather(unit, nodes, points, [u]);
+        unit.apart(Gather { batch: &mut self.batch, unit, nodes, points, u: [u] });
         self.force.fill([unit.constant(0.0); D]);
         self.blocks.clear(unit);
     }
 
     /// Passes the real (not padded) lanes of a batch to the sink.
     #[inline(always)]
-    pub fn emit(&mut self, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
-        let n = self.force.len();
-        for (a, force) in self.force.iter().enumerate() {
+    pub fn emit(&mut self, unit: L, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
+        unit.apart(Emit { work: self, first, count, stiffness, sink });
+    }
+}
+
+/// [`Batch::gather`].
+pub(super) struct Gather<'a, L, const D: usize, const STATES: usize> {
+    pub batch: &'a mut Batch<L, D, STATES>,
+    pub unit: L,
+    pub nodes: &'a [[u32; WIDTH]],
+    pub points: &'a [[[f64; WIDTH]; D]],
+    pub u: [&'a [f64]; STATES],
+}
+
+impl<L: Lane, const D: usize, const STATES: usize> LanePart for Gather<'_, L, D, STATES> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.batch.gather(self.unit, self.nodes, self.points, self.u);
+    }
+}
+
+/// [`Workspace::emit`].
+struct Emit<'a, L, const D: usize> {
+    work: &'a mut Workspace<L, D>,
+    first: usize,
+    count: usize,
+    stiffness: bool,
+    sink: &'a mut dyn ElementSink,
+}
+
+impl<L: Lane, const D: usize> LanePart for Emit<'_, L, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { work, first, count, stiffness, sink } = self;
+        let n = work.force.len();
+        for (a, force) in work.force.iter().enumerate() {
             for i in 0..D {
                 let lanes = force[i].lanes();
                 for lane in 0..WIDTH {
-                    self.force_out[(lane * n + a) * D + i] = lanes[lane];
+                    work.force_out[(lane * n + a) * D + i] = lanes[lane];
                 }
             }
         }
         if stiffness {
-            self.blocks.spread();
+            work.blocks.spread();
         }
         let forces = n * D;
         let blocks = n * n * D * D;
         for lane in 0..count {
-            let matrix = &self.blocks.out[lane * blocks..(lane + 1) * blocks];
-            let force = &self.force_out[lane * forces..(lane + 1) * forces];
+            let matrix = &work.blocks.out[lane * blocks..(lane + 1) * blocks];
+            let force = &work.force_out[lane * forces..(lane + 1) * forces];
             sink.element(first + lane, force, stiffness.then_some(matrix));
         }
     }

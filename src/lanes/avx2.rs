@@ -3,8 +3,8 @@
 //! All code is safe: `pulp` provides its token only if the processor has the instructions.
 
 use super::{
-    Lane, LaneKind, LaneTask, NEAR, NEAR_EXPONENTIAL, NEAR_LOGARITHM, Ratio, RatioSlope, Real, WIDTH,
-    both_by_lane, by_lane, far_exp_m1, far_exp_m1_ratio, far_exp_m1_remainder, far_ln_1p_ratio,
+    Lane, LaneKind, LanePart, LaneTask, NEAR, NEAR_EXPONENTIAL, NEAR_LOGARITHM, Ratio, RatioSlope, Real,
+    WIDTH, both_by_lane, by_lane, far_exp_m1, far_exp_m1_ratio, far_exp_m1_remainder, far_ln_1p_ratio,
     far_ln_1p_remainder, ln_1p, near_exp_m1_ratio, near_exp_m1_remainder, near_ln_1p_ratio,
     near_ln_1p_remainder,
 };
@@ -25,6 +25,16 @@ impl<K: LaneTask> pulp::NullaryFnOnce for Enter<K> {
     fn call(self) -> K::Output {
         let one = self.0.avx._mm256_set1_pd(1.0);
         self.1.run(Register(self.0, one))
+    }
+}
+
+struct Apart<P>(P);
+
+impl<P: LanePart> pulp::NullaryFnOnce for Apart<P> {
+    type Output = P::Output;
+    #[inline(always)]
+    fn call(self) -> P::Output {
+        self.0.run()
     }
 }
 
@@ -132,6 +142,10 @@ impl Lane for Register {
     #[inline(always)]
     fn lanes(self) -> [f64; WIDTH] {
         cast(self.1)
+    }
+    #[inline(always)]
+    fn apart<P: LanePart>(self, part: P) -> P::Output {
+        self.0.vectorize(Apart(part))
     }
     #[inline(always)]
     fn prefetch<T>(self, values: &[T], at: usize) {

@@ -2,9 +2,9 @@
 //! kernels.
 //!
 //! Kernels and laws are written once, generic over [`Real`]. [`dispatch`] runs them on four
-//! elements at a time. It uses AVX2 with fused multiply-add if the processor supports it, and plain
-//! arrays otherwise. Every lane performs the same operations, so a result does not depend on the
-//! other elements in a lane group.
+//! elements at a time. It uses AVX2 with fused multiply-add if the processor supports it, and
+//! otherwise what every processor of the target has. Every lane performs the same operations, so a
+//! result does not depend on the other elements in a lane group.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -12,6 +12,8 @@ pub mod isochoric;
 
 use std::cell::Cell;
 use std::ops::{Add, Mul, Neg, Sub};
+
+use wide::f64x4;
 
 use crate::rounding;
 
@@ -151,6 +153,11 @@ pub trait Lane: RatioSlope {
     fn load(self, values: [f64; WIDTH]) -> Self;
     /// The values of the lanes.
     fn lanes(self) -> [f64; WIDTH];
+    /// Runs a part of a task in a function of its own.
+    ///
+    /// Everything else is inlined into its task. The time of a build grows faster than the size of a
+    /// function, and a part that does not depend on the law is compiled once for all laws.
+    fn apart<P: LanePart>(self, part: P) -> P::Output;
     /// Announces that `values[at]` is read soon; positions behind the end are accepted.
     ///
     /// The processor's own prefetch ends at page boundaries. If the loop depends on the previous
@@ -171,66 +178,53 @@ pub trait Lane: RatioSlope {
     }
 }
 
-/// Lanes as a plain array, which the compiler vectorizes for the target.
+/// Lanes that every processor of the target has: pairs of registers with two numbers each on x86-64 (SSE2)
+/// and on 64-bit ARM.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-pub struct Portable([f64; WIDTH]);
-
-impl Portable {
-    #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        let (a, b) = (self.0, other.0);
-        Self([f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])])
-    }
-}
+pub struct Portable(f64x4);
 
 impl Add for Portable {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
+        Self(self.0 + other.0)
     }
 }
 impl Sub for Portable {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
+        Self(self.0 - other.0)
     }
 }
 impl Mul for Portable {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
+        Self(self.0 * other.0)
     }
 }
 impl Neg for Portable {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.zip(self, |a, _| -a)
+        Self(-self.0)
     }
 }
 
 impl Real for Portable {
     #[inline(always)]
     fn constant(self, x: f64) -> Self {
-        Self([x; WIDTH])
+        Self(f64x4::splat(x))
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
-        if FUSED {
-            let (x, y, z) = (self.0, b.0, c.0);
-            let fused = |i: usize| f64::mul_add(x[i], y[i], z[i]);
-            Self([fused(0), fused(1), fused(2), fused(3)])
-        } else {
-            self * b + c
-        }
+        // Two operations where no instruction fuses them.
+        Self(self.0.mul_add(b.0, c.0))
     }
     #[inline(always)]
     fn recip(self) -> Self {
-        self.zip(self, |a, _| 1.0 / a)
+        Self(f64x4::ONE / self.0)
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
@@ -250,7 +244,7 @@ impl Real for Portable {
     }
     #[inline(always)]
     fn vanishes(self) -> bool {
-        self.0 == [0.0; WIDTH]
+        self.lanes() == [0.0; WIDTH]
     }
 }
 
@@ -283,11 +277,15 @@ impl Lane for Portable {
     }
     #[inline(always)]
     fn load(self, values: [f64; WIDTH]) -> Self {
-        Self(values)
+        Self(f64x4::new(values))
     }
     #[inline(always)]
     fn lanes(self) -> [f64; WIDTH] {
-        self.0
+        self.0.to_array()
+    }
+    #[inline(never)]
+    fn apart<P: LanePart>(self, part: P) -> P::Output {
+        part.run()
     }
 }
 
@@ -470,13 +468,21 @@ pub trait LaneTask {
     fn run<L: Lane>(self, unit: L) -> Self::Output;
 }
 
+/// A part of a task, which holds numbers in lanes: see [`Lane::apart`].
+pub trait LanePart {
+    /// Result of the part.
+    type Output;
+    /// Runs the part. Must be `#[inline(always)]`.
+    fn run(self) -> Self::Output;
+}
+
 /// A kind of lanes that this processor has.
 #[derive(Clone, Copy)]
 pub enum LaneKind {
     /// AVX2 registers with fused multiply-add, with the proof that the processor has them.
     #[cfg(target_arch = "x86_64")]
     Avx2(pulp::x86::V3),
-    /// Plain arrays.
+    /// Those that every processor of the target has.
     Portable,
 }
 
@@ -506,7 +512,7 @@ thread_local! {
     static PORTABLE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does `work`, in which all tasks of this thread run on plain arrays: to compare both kinds of lanes.
+/// Does `work`, in which all tasks of this thread run on portable lanes: to compare both kinds of lanes.
 pub fn on_portable_lanes<T>(work: impl FnOnce() -> T) -> T {
     let before = PORTABLE.replace(true);
     let done = work();
@@ -514,9 +520,9 @@ pub fn on_portable_lanes<T>(work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Runs `task` on plain arrays; the fallback of [`dispatch`].
+/// Runs `task` on portable lanes; the fallback of [`dispatch`].
 pub fn dispatch_portable<K: LaneTask>(task: K) -> K::Output {
-    task.run(Portable([1.0; WIDTH]))
+    task.run(Portable(f64x4::ONE))
 }
 
 #[cfg(test)]

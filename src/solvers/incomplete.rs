@@ -239,7 +239,10 @@ impl<F: Fn(usize) -> Block<D>, const D: usize> LaneTask for Factorise<'_, F, D> 
                 .zip(upper.columns[above.clone()].iter().rev())
                 .for_each(|(at, &column)| places[column as usize] = at);
             for (at, to) in below.clone().enumerate() {
-                let factor = work[at].map(|column| unit.load(column));
+                let mut factor = [unit; D];
+                for (lanes, column) in factor.iter_mut().zip(&work[at]) {
+                    *lanes = unit.load(*column);
+                }
                 let pivot = lower.columns[to] as usize;
                 for k in upper.row(count - 1 - pivot) {
                     let place = places[upper.columns[k] as usize];
@@ -288,10 +291,16 @@ fn times<const D: usize>(a: &Block<D>, x: &[f64; D]) -> [f64; D] {
 /// `a b`.
 #[inline(always)]
 fn product<L: Lane, const D: usize>(unit: L, a: &Columns<D>, b: &Block<D>) -> Columns<D> {
-    std::array::from_fn(|j| {
-        let sum = (0..D).fold(unit.scale(0.0), |sum, k| unit.load(a[k]).mul_add(unit.constant(b[j][k]), sum));
-        sum.lanes()
-    })
+    // Explicit loops: closures passed to the standard library may be compiled without the lane instructions.
+    let mut out = [[0.0; WIDTH]; D];
+    for j in 0..D {
+        let mut sum = unit.scale(0.0);
+        for k in 0..D {
+            sum = unit.load(a[k]).mul_add(unit.constant(b[j][k]), sum);
+        }
+        out[j] = sum.lanes();
+    }
+    out
 }
 
 /// `from -= a b`.

@@ -11,11 +11,11 @@ mod mixed;
 mod step;
 mod viscous;
 
-use nalgebra::{DMatrix, DVector};
-use serial::element::{
+use element::{
     Cauchy, Configuration, DilatationSpace, ElementGroup, ElementSink, ElementStress, Formulation,
     Kinematics, LoadedSurface, Locking, PatchGroup, Request, ViscousHistory, components, reference_gradients,
 };
+use nalgebra::{DMatrix, DVector};
 use serial::material::{Hooke, MATERIALS, Material, Moduli, Part, Potential};
 use serial::mesh::{
     BoxShape, ElementKind, ElementPatch, Facet, Mesh, PlaneState, element_patches, patches_with,
