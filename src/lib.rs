@@ -5,9 +5,9 @@
 //!
 //! # Modules in the order of their dependencies
 //!
-//! What knows neither PETSc nor how meshes are distributed is in two crates of its own, so that the program and the tests
-//! share one compiled form: the kernels of `element`, and the modules of `serial` (`src/serial.rs`) below them. This crate
-//! re-exports them under their names.
+//! What knows neither PETSc nor how meshes are distributed has two crates, so that the program and the tests share one
+//! compiled form: `element` has the element kernels, and `serial` (`src/serial.rs`) the modules that they use, the case and
+//! contact. This crate re-exports them under their names.
 //!
 //! A module imports from rows above its own, and from what stands beside it before a semicolon (`tests/layers.rs` reads the
 //! imports and compares).

@@ -2,8 +2,8 @@
 //! Only errors, on which ranks agree, and collective operations name MPI.
 //!
 //! The modules are on the map of the crate `contact_petsc`, which re-exports them. They are a crate of their own, so
-//! that the program and all tests above them link one compiled form. The element kernels stand above them, in the
-//! crate `element`.
+//! that the program and all tests above them link one compiled form. The crate `element` has the element kernels,
+//! which use these modules.
 
 pub mod case;
 pub mod collective;

@@ -140,8 +140,8 @@ fn imports_follow_the_map() {
     let mut sources = Vec::new();
     files(&source(), &mut sources);
     assert!(sources.len() > 100, "{} files", sources.len());
-    let mut serial = listed("serial.rs");
-    serial.insert("element".to_owned());
+    let mut below = listed("serial.rs");
+    below.insert("element".to_owned());
     let (mut wrong, mut seen) = (Vec::new(), 0);
     for path in &sources {
         let own = path.strip_prefix(source()).unwrap().with_extension("");
@@ -173,7 +173,7 @@ fn imports_follow_the_map() {
                 .any(|(at, _)| !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':'))
         });
         let own_crate = room.split("::").next().unwrap_or(room);
-        if talks && serial.contains(own_crate) && !COLLECTIVE.contains(&own_crate) {
+        if talks && below.contains(own_crate) && !COLLECTIVE.contains(&own_crate) {
             wrong.push(format!("{own} names mpi, PETSc or METIS"));
         }
     }

@@ -32,7 +32,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     }
 }
 
-/// [`Workspace::add_volume_terms`].
+/// The volume terms of a batch, see [`Workspace::add_volume_terms`].
 struct VolumeTerms<'a, L, const D: usize> {
     work: &'a mut Workspace<L, D>,
     unit: L,

@@ -122,7 +122,7 @@ struct Reached<L, const D: usize> {
     second_piola: Square<L, D>,
 }
 
-/// Adds one sample of a law.
+/// One sample of a law, which is added to the sums of its batch.
 struct ElasticSample<'a, K: ?Sized, L, const D: usize> {
     work: &'a mut Workspace<L, D>,
     gradients: &'a [Row<L, D>],
@@ -172,7 +172,7 @@ impl<K: ?Sized, L: Lane, const D: usize> ElasticSample<'_, K, L, D> {
     }
 }
 
-/// Adds one sample of a law with a Prony series.
+/// One sample of a law with a Prony series.
 struct RelaxingSample<'a, K: ?Sized, L, const D: usize> {
     elastic: ElasticSample<'a, K, L, D>,
     viscous: Viscous<'a, K>,
@@ -183,26 +183,26 @@ impl<K: PointLaw + ?Sized, L: Lane, const D: usize> LanePart for RelaxingSample<
 
     #[inline(always)]
     fn run(self) -> Reached<L, D> {
-        let Self { elastic: sample, viscous } = self;
-        let grad_u = &sample.sample.grad_u[0];
-        let Some(wanted) = sample.wanted else {
-            let stress = sum(&sample.law.stress(grad_u), &viscous.stress(grad_u));
-            return sample.add_force(stress);
+        let Self { elastic, viscous } = self;
+        let grad_u = &elastic.sample.grad_u[0];
+        let Some(wanted) = elastic.wanted else {
+            let stress = sum(&elastic.law.stress(grad_u), &viscous.stress(grad_u));
+            return elastic.add_force(stress);
         };
-        let elastic = sample.law.respond(grad_u);
+        let response = elastic.law.respond(grad_u);
         let added = viscous.respond(grad_u);
-        let second_piola = sum(&elastic.second_piola, &added.second_piola);
+        let second_piola = sum(&response.second_piola, &added.second_piola);
         let tangent = Relaxing::<K, L, D> {
-            elastic: &elastic.tangent,
+            elastic: &response.tangent,
             factor: viscous.overstress.factor,
             deviator: &added.tangent,
         };
-        let elasticity = elasticity(&second_piola, &tangent, sample.sample, wanted);
-        sample.add(&second_piola, &elasticity)
+        let elasticity = elasticity(&second_piola, &tangent, elastic.sample, wanted);
+        elastic.add(&second_piola, &elasticity)
     }
 }
 
-/// [`Blocks::add_elasticity`].
+/// The stiffness of a sample, see [`Blocks::add_elasticity`].
 struct AddElasticity<'a, L, const D: usize> {
     blocks: &'a mut Blocks<L, D>,
     gradients: &'a [Row<L, D>],

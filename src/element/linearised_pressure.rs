@@ -257,7 +257,7 @@ impl<'a, L: Lane, const D: usize> LinearisedPressure<'a, L, D> {
     }
 }
 
-/// [`LinearisedPressure::add_stiffness`].
+/// The stiffness of `p* - p` in a batch, see [`LinearisedPressure::add_stiffness`].
 struct AddStiffness<'a, 'b, S, L, const D: usize> {
     pressures: &'a mut LinearisedPressure<'b, L, D>,
     unit: L,

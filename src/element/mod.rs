@@ -33,7 +33,7 @@ pub use patches::PatchGroup;
 pub use stress::{Cauchy, CauchyState, ElementStress};
 pub use viscous::{ViscousEnergies, ViscousHistory, components};
 
-// Files of this crate name these modules by `crate`, like those of the program.
+// In all files of the program, paths to modules begin with `crate`. So they do here.
 use serial::{composed, error, lanes, material, mesh, space, square, tensor, terms};
 
 use crate::terms::Terms;

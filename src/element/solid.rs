@@ -115,7 +115,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     }
 }
 
-/// Adds one sample; returns `det F` there.
+/// One sample of a law, which is added to the sums of its batch. The result is `det F`.
 struct AddLaw<'a, P, L, const D: usize> {
     law: PhantomData<P>,
     work: &'a mut Workspace<L, D>,

@@ -245,7 +245,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     }
 }
 
-/// [`Workspace::add_stiffness`].
+/// The stiffness of a sample, see [`Workspace::add_stiffness`].
 struct AddStiffness<'a, C, L, const D: usize> {
     work: &'a mut Workspace<L, D>,
     motion: &'a StepMotion<L, D>,
@@ -294,7 +294,7 @@ impl<C: StepChange<L, D>, L: Lane, const D: usize> LanePart for AddStiffness<'_,
     }
 }
 
-/// [`Workspace::add_volume_terms`].
+/// The volume terms of a batch, see [`Workspace::add_volume_terms`].
 struct VolumeTerms<'a, L, const D: usize> {
     work: &'a mut Workspace<L, D>,
     unit: L,
@@ -378,7 +378,7 @@ impl<L: Lane, const D: usize> LanePart for VolumeTerms<'_, L, D> {
     }
 }
 
-/// [`Workspace::emit`].
+/// A batch that is passed to the sink, see [`Workspace::emit`].
 struct Emit<'a, L, const D: usize> {
     work: &'a mut Workspace<L, D>,
     first: usize,

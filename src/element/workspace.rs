@@ -60,7 +60,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     }
 }
 
-/// [`Batch::gather`].
+/// A batch whose nodes are loaded, see [`Batch::gather`].
 pub(super) struct Gather<'a, L, const D: usize, const STATES: usize> {
     pub batch: &'a mut Batch<L, D, STATES>,
     pub unit: L,
@@ -78,7 +78,7 @@ impl<L: Lane, const D: usize, const STATES: usize> LanePart for Gather<'_, L, D,
     }
 }
 
-/// [`Workspace::emit`].
+/// A batch that is passed to the sink, see [`Workspace::emit`].
 struct Emit<'a, L, const D: usize> {
     work: &'a mut Workspace<L, D>,
     first: usize,

@@ -3,8 +3,8 @@
 //!
 //! Kernels and laws are written once, generic over [`Real`]. [`dispatch`] runs them on four
 //! elements at a time. It uses AVX2 with fused multiply-add if the processor supports it, and
-//! otherwise what every processor of the target has. Every lane performs the same operations, so a
-//! result does not depend on the other elements in a lane group.
+//! otherwise the registers that every processor of the build target has. Every lane performs the
+//! same operations, so a result does not depend on the other elements in a lane group.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -141,7 +141,7 @@ impl RatioSlope for f64 {
     }
 }
 
-/// Whether the build target always has fused multiply-add.
+/// Whether the build target always has fused multiply-add. Portable lanes fuse in the same case.
 const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
 /// [`WIDTH`] numbers in parallel.
@@ -153,10 +153,11 @@ pub trait Lane: RatioSlope {
     fn load(self, values: [f64; WIDTH]) -> Self;
     /// The values of the lanes.
     fn lanes(self) -> [f64; WIDTH];
-    /// Runs a part of a task in a function of its own.
+    /// Runs a part of a task in a function of its own, with the same instructions. The value of the
+    /// lanes does not matter.
     ///
-    /// Everything else is inlined into its task. The time of a build grows faster than the size of a
-    /// function, and a part that does not depend on the law is compiled once for all laws.
+    /// Everything else is inlined into its task. The compiler's time grows faster than linearly with the
+    /// size of a function, and laws share the parts that do not depend on them.
     fn apart<P: LanePart>(self, part: P) -> P::Output;
     /// Announces that `values[at]` is read soon; positions behind the end are accepted.
     ///
@@ -178,8 +179,8 @@ pub trait Lane: RatioSlope {
     }
 }
 
-/// Lanes that every processor of the target has: pairs of registers with two numbers each on x86-64 (SSE2)
-/// and on 64-bit ARM.
+/// Lanes in the registers that every processor of the build target has: pairs of two numbers on x86-64
+/// (SSE2) and on 64-bit ARM, one of four numbers if the target always has AVX.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable(f64x4);
 
@@ -472,7 +473,7 @@ pub trait LaneTask {
 pub trait LanePart {
     /// Result of the part.
     type Output;
-    /// Runs the part. Must be `#[inline(always)]`.
+    /// Runs the part. Must be `#[inline(always)]`, or it is compiled without the instructions of the lanes.
     fn run(self) -> Self::Output;
 }
 
@@ -482,7 +483,7 @@ pub enum LaneKind {
     /// AVX2 registers with fused multiply-add, with the proof that the processor has them.
     #[cfg(target_arch = "x86_64")]
     Avx2(pulp::x86::V3),
-    /// Those that every processor of the target has.
+    /// The registers that every processor of the build target has.
     Portable,
 }
 
