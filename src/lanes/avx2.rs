@@ -140,6 +140,10 @@ impl Lane for Register {
         Self(self.0, cast(values))
     }
     #[inline(always)]
+    fn load_single(self, values: [f32; WIDTH]) -> Self {
+        Self(self.0, self.0.avx._mm256_cvtps_pd(cast(values)))
+    }
+    #[inline(always)]
     fn lanes(self) -> [f64; WIDTH] {
         cast(self.1)
     }

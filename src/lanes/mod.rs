@@ -151,6 +151,12 @@ pub trait Lane: RatioSlope {
     /// The numbers of `values` in lanes.
     #[must_use]
     fn load(self, values: [f64; WIDTH]) -> Self;
+    /// Numbers of single precision in lanes.
+    #[must_use]
+    #[inline(always)]
+    fn load_single(self, values: [f32; WIDTH]) -> Self {
+        self.load(values.map(f64::from))
+    }
     /// The values of the lanes.
     fn lanes(self) -> [f64; WIDTH];
     /// Runs a part of a task in a function of its own, with the same instructions. The value of the
@@ -590,6 +596,24 @@ mod tests {
             assert!((x.exp_m1_ratio_and_slope()[1] - difference).abs() < 1e-8 * x.exp(), "{x}");
         }
         assert!(f64::NAN.exp_m1_remainder().is_nan() && (-2.0_f64).ln_1p_remainder().is_nan());
+    }
+
+    struct Single([f32; WIDTH]);
+    impl LaneTask for Single {
+        type Output = [f64; WIDTH];
+        #[inline(always)]
+        fn run<L: Lane>(self, unit: L) -> [f64; WIDTH] {
+            unit.load_single(self.0).lanes()
+        }
+    }
+
+    /// Numbers of single precision are those of double precision, each in its lane.
+    #[test]
+    fn single_precision_is_widened() {
+        let numbers = [0.1, -3.0e38, 1e-45, f32::INFINITY];
+        for found in [dispatch(Single(numbers)), dispatch_portable(Single(numbers))] {
+            assert_eq!(found, numbers.map(f64::from));
+        }
     }
 
     struct Functions([f64; WIDTH]);

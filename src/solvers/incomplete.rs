@@ -123,38 +123,46 @@ impl<const D: usize> Triangle<D> {
         row: std::ops::Range<usize>,
         x: &[[f64; D]],
     ) -> [f64; D] {
-        // One sum for each group of columns: the sums are independent of each other.
+        // One sum for each group of columns: the sums are independent of each other. Explicit loops: iterators
+        // and closures of the standard library may be compiled without the lane instructions.
         let mut sums = [unit.scale(0.0); D];
-        let blocks = &self.values[row.start * Self::SIZE..row.end * Self::SIZE];
         unit.prefetch(&self.columns, row.start + AHEAD / Self::SIZE);
-        for (block, &column) in blocks.chunks_exact(Self::SIZE).zip(&self.columns[row]) {
+        for at in row {
+            let block = &self.values[at * Self::SIZE..][..Self::SIZE];
             unit.prefetch(block, AHEAD);
-            let factor = &x[column as usize];
-            for j in (0..D).step_by(Self::TOGETHER) {
+            let factor = &x[self.columns[at] as usize];
+            let mut j = 0;
+            while j < D {
                 let start = Self::lanes_of(j);
-                let values =
-                    std::array::from_fn(|lane| block.get(start + lane).map_or(0.0, |&v| f64::from(v)));
+                let values = match block[start..].first_chunk::<WIDTH>() {
+                    Some(values) => unit.load_single(*values),
+                    None => unit.load(few(block)),
+                };
                 let factors = match Self::TOGETHER {
                     1 => unit.constant(factor[j]),
-                    _ => unit.load(std::array::from_fn(|lane| factor[(j + lane / D) % D])),
+                    _ => unit.load([factor[j], factor[j], factor[D - 1], factor[D - 1]]),
                 };
-                sums[j] = unit.load(values).mul_add(factors, sums[j]);
+                sums[j] = values.mul_add(factors, sums[j]);
+                j += Self::TOGETHER;
             }
         }
         let mut value = value;
-        for j in (0..D).step_by(Self::TOGETHER) {
+        let mut j = 0;
+        while j < D {
             let sum = sums[j].lanes();
             for column in j..j + Self::TOGETHER {
                 for i in 0..D {
                     value[i] -= sum[column * D + i - Self::lanes_of(j)];
                 }
             }
+            j += Self::TOGETHER;
         }
         value
     }
 
     /// First of the values of a block that are read as lanes for column `j`. Lanes that would end
     /// behind the block begin in the column before.
+    #[inline(always)]
     const fn lanes_of(j: usize) -> usize {
         let last = Self::SIZE.saturating_sub(WIDTH);
         if j * D < last { j * D } else { last }
@@ -262,6 +270,16 @@ impl<F: Fn(usize) -> Block<D>, const D: usize> LaneTask for Factorise<'_, F, D> 
             places[row] = NOWHERE;
         }
     }
+}
+
+/// A block that does not fill the lanes, followed by zeros.
+#[inline(always)]
+fn few(block: &[f32]) -> [f64; WIDTH] {
+    let mut values = [0.0; WIDTH];
+    for (value, entry) in values.iter_mut().zip(block) {
+        *value = f64::from(*entry);
+    }
+    values
 }
 
 /// A block as lanes.
