@@ -110,7 +110,7 @@ impl<K: PointLaw + ?Sized, const D: usize> LaneTask for Step<'_, K, D> {
                 }
             }
             check(&work.det_f, &reserves, elements, &group.passes)?;
-            work.emit(unit, batch * WIDTH, elements.len(), wanted.is_some(), sink);
+            work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())
     }
@@ -240,8 +240,19 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
     /// Passes the real (not padded) lanes of a batch to the sink.
     #[inline(always)]
-    fn emit(&mut self, unit: L, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
-        unit.apart(Emit { work: self, first, count, stiffness, sink });
+    fn emit(&mut self, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
+        for lane in 0..count {
+            for (out, value) in self.force_out.iter_mut().zip(self.force.as_flattened()) {
+                *out = value.lanes()[lane];
+            }
+            if stiffness {
+                let entries = self.blocks.as_flattened().as_flattened();
+                for (out, value) in self.stiffness_out.iter_mut().zip(entries) {
+                    *out = value.lanes()[lane];
+                }
+            }
+            sink.element(first + lane, &self.force_out, stiffness.then_some(&self.stiffness_out));
+        }
     }
 }
 
@@ -374,36 +385,6 @@ impl<L: Lane, const D: usize> LanePart for VolumeTerms<'_, L, D> {
                     }
                 }
             }
-        }
-    }
-}
-
-/// A batch that is passed to the sink, see [`Workspace::emit`].
-struct Emit<'a, L, const D: usize> {
-    work: &'a mut Workspace<L, D>,
-    first: usize,
-    count: usize,
-    stiffness: bool,
-    sink: &'a mut dyn ElementSink,
-}
-
-impl<L: Lane, const D: usize> LanePart for Emit<'_, L, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { work, first, count, stiffness, sink } = self;
-        for lane in 0..count {
-            for (out, value) in work.force_out.iter_mut().zip(work.force.as_flattened()) {
-                *out = value.lanes()[lane];
-            }
-            if stiffness {
-                let entries = work.blocks.as_flattened().as_flattened();
-                for (out, value) in work.stiffness_out.iter_mut().zip(entries) {
-                    *out = value.lanes()[lane];
-                }
-            }
-            sink.element(first + lane, &work.force_out, stiffness.then_some(&work.stiffness_out));
         }
     }
 }
