@@ -4,6 +4,7 @@
 mod common;
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -281,6 +282,38 @@ fn results_are_replaced_when_they_are_ours() {
     assert_eq!(fs::read_to_string(folder.join("out/run.json")).unwrap(), "{ \"program\": \"another\" }");
 }
 
+/// One rank computes the same without `mpirun` as with it, and then starts no helper process.
+#[test]
+fn one_rank_needs_no_launcher() {
+    let folder = Folder::new("alone");
+    folder.write("case.yml", SMALL_BLOCK);
+    run(1, &["case.yml", "-o", "alone"], &folder).success();
+    let launched = "mpirun -n 1 contact-petsc case.yml -o launched";
+    Running::script(1, launched, &folder).wait(Duration::from_secs(300)).success();
+    for name in ["energy.csv", "contact.csv", "probes.csv", "iterations.csv"] {
+        let read = |results: &str| fs::read_to_string(folder.join(results).join(name)).unwrap();
+        assert!(read("alone") == read("launched"), "{name}");
+    }
+
+    folder.write("long.yml", &with("end: 0.002", "end: 0.3"));
+    let running = Running::start(1, &["long.yml", "-o", "out"], &folder);
+    wait_for_steps(&folder.join("out"));
+    let children = format!("/proc/{0}/task/{0}/children", running.id());
+    assert_eq!(fs::read_to_string(children).unwrap(), "");
+    running.signal("KILL");
+    running.wait(Duration::from_secs(10));
+}
+
+/// Waits until results have ten steps.
+fn wait_for_steps(results: &Path) {
+    let energy = results.join("energy.csv");
+    let deadline = Instant::now() + Duration::from_secs(300);
+    while fs::read_to_string(&energy).unwrap_or_default().lines().count() < 12 {
+        assert!(Instant::now() < deadline, "no steps within five minutes");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
 /// A killed run leaves tables of complete rows and a record with the state `running`. The figures
 /// can be drawn.
 #[test]
@@ -288,12 +321,7 @@ fn a_killed_run_leaves_whole_rows() {
     let folder = Folder::new("killed");
     folder.write("case.yml", &with("end: 0.002", "end: 0.3"));
     let killed = Running::start(0, &["case.yml", "-o", "out"], &folder);
-    let energy = folder.join("out/energy.csv");
-    let deadline = Instant::now() + Duration::from_secs(300);
-    while fs::read_to_string(&energy).unwrap_or_default().lines().count() < 12 {
-        assert!(Instant::now() < deadline, "no steps within a minute");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_for_steps(&folder.join("out"));
     killed.signal("KILL");
     assert_eq!(killed.wait(Duration::from_secs(10)).code, None);
     for name in ["energy.csv", "contact.csv", "probes.csv", "reactions.csv", "iterations.csv"] {

@@ -6,6 +6,7 @@ use std::os::unix::process::parent_id;
 
 use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
 
+use super::alone::is_alone;
 use crate::error::{Error, Result};
 
 /// The loader runs this before the constructors of the libraries.
@@ -68,12 +69,15 @@ pub fn outlive_file_limits() {
 /// succeed).
 const SHARED: u64 = 4 << 20;
 
-/// Checks that MPI can create its shared-memory files. Otherwise MPI would end this process with
-/// code 1 and messages about its internals.
+/// Checks that MPI can create its shared-memory files, which a single rank without `mpirun` does not
+/// need. Otherwise MPI would end this process with code 1 and messages about its internals.
 ///
 /// # Errors
 /// The limit on the size of files is too small.
 pub(super) fn require_file_size() -> Result<()> {
+    if is_alone() {
+        return Ok(());
+    }
     let own = getrlimit(Resource::RLIMIT_FSIZE).map_or(RLIM_INFINITY, |(limit, _)| limit);
     let is_started_by_mpirun = std::env::var_os("OMPI_COMM_WORLD_RANK").is_some();
     let limit = if is_started_by_mpirun { own.max(parents_file_size()) } else { own };

@@ -5,6 +5,7 @@
 //! an [`Error`](crate::error::Error) with PETSc's own text. A linear solve that does not converge
 //! is an [`LinearOutcome`], not an error.
 
+mod alone;
 mod call;
 mod census;
 mod event_totals;

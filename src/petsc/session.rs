@@ -2,7 +2,7 @@
 
 use super::call::{self, petsc, quiet_handler};
 use super::options::{self, OptionsDatabase};
-use super::{limits, threads, usage};
+use super::{alone, limits, threads, usage};
 use crate::collective::Collective;
 use crate::error::{Error, Result, agree};
 use mpi::collective::SystemOperation;
@@ -62,6 +62,7 @@ impl Session {
     /// session.
     pub fn start(args: &[String]) -> Result<Rc<Self>> {
         options::validate(args)?;
+        alone::without_helper_process();
         threads::one_unless_chosen();
         threads::require_buffers().map_err(say_late)?;
         limits::require_file_size().map_err(say_late)?;
