@@ -97,7 +97,7 @@ $EndElements
 "#;
 
 /// Text to replace in the case and its replacement, the exit code, words of the message, and the
-/// number of ranks (0: no `mpirun`).
+/// number of ranks (at most one: no `mpirun`).
 type Broken = (&'static str, &'static str, i32, &'static [&'static str], usize);
 
 const CASES: &[Broken] = &[

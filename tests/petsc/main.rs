@@ -20,7 +20,7 @@ const CASE: &str = "CONTACT_PETSC_TEST_CASE";
 /// Time limit of a run, generous for a loaded machine. A hang is a failure, too.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// A case, the number of ranks (0: started without `mpirun`), the exit code and the expected
+/// A case, the number of ranks (at most one: started without `mpirun`), the exit code and the expected
 /// output.
 type Run = (&'static str, usize, i32, &'static str);
 

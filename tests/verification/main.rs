@@ -37,7 +37,7 @@ const LIMIT: Duration = Duration::from_secs(300);
 /// Time limit for a mesh of a longer sweep.
 const MESH: Duration = Duration::from_secs(2);
 
-/// A check, and the numbers of ranks for it (0: started without `mpirun`).
+/// A check, and the numbers of ranks for it (at most one: started without `mpirun`).
 type Run = (&'static str, fn(&Rc<Session>), &'static [usize]);
 
 const RUNS: &[Run] = &[
