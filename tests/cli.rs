@@ -282,7 +282,8 @@ fn results_are_replaced_when_they_are_ours() {
     assert_eq!(fs::read_to_string(folder.join("out/run.json")).unwrap(), "{ \"program\": \"another\" }");
 }
 
-/// One rank computes the same without `mpirun` as with it, and then starts no helper process.
+/// One rank computes the same without `mpirun` as with it. Then it starts no helper process and has no
+/// session folder of Open MPI, which runs at the same time would share.
 #[test]
 fn one_rank_needs_no_launcher() {
     let folder = Folder::new("alone");
@@ -296,8 +297,10 @@ fn one_rank_needs_no_launcher() {
     }
 
     folder.write("long.yml", &with("end: 0.002", "end: 0.3"));
-    let running = Running::start(1, &["long.yml", "-o", "out"], &folder);
+    let long = "mkdir temporary; TMPDIR=$PWD/temporary exec contact-petsc long.yml -o out";
+    let running = Running::script(1, long, &folder);
     wait_for_steps(&folder.join("out"));
+    assert_eq!(fs::read_dir(folder.join("temporary")).unwrap().count(), 0);
     let children = format!("/proc/{0}/task/{0}/children", running.id());
     assert_eq!(fs::read_to_string(children).unwrap(), "");
     running.signal("KILL");
