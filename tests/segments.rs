@@ -682,6 +682,20 @@ fn polygons_on_one_circle_fit() {
     assert_eq!(apart.table("contact.csv").last("points"), 0.0);
 }
 
+/// The pressures of rings that overlap are at the start far above those of the balance. Tangents must not
+/// have them: with them Newton's method takes 6 iterations, and fails on a finer mesh.
+#[test]
+fn overlapping_rings_converge_at_once() {
+    let [inner, outer] = ["cells: [6, 12]", "cells: [8, 16]"];
+    let [refined, wider] = [inner, outer].map(|cells| format!("{cells}, element: tri6"));
+    let changes =
+        [(inner, &*refined), (outer, &*wider), ("min: [1, 0]", "min: [0.98, 0]"), ("conform", "accept")];
+    let results = Results::of(&shipped("patch/rings.yml", &changes), 1);
+    assert_eq!(results.table("contact.csv").last("points"), 13.0);
+    let iterations = results.record()["newton_iterations"].as_u64().expect("a number");
+    assert!(iterations <= 3, "{iterations}");
+}
+
 /// Blocks fall on each other and on the floor, tip over and slide off (`meshes/pile`). Energy is
 /// conserved to rounding. Without friction no force acts sideways. The results are the same on any
 /// number of ranks.

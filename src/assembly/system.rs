@@ -254,14 +254,17 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter_mut().for_each(|contact| contact.state.begin_attempt());
     }
 
-    /// Takes contact tractions and forces of the trial state as those at the start of the motion.
+    /// Takes contact tractions and forces of the trial state as those at the start of the motion. In statics
+    /// the start is not in balance: where bodies overlap there, pressures are far above those of the
+    /// first step, and points have no history.
     ///
     /// # Errors
     /// If a PETSc call fails.
     pub fn remember_start(&mut self, stage: &mut Stage) -> Result<()> {
+        let balanced = self.bodies.is_dynamic();
         for contact in &mut self.contacts {
             let state = &mut contact.state;
-            for (history, point) in state.history.iter_mut().zip(&state.current) {
+            for (history, point) in state.history.iter_mut().zip(&state.current).filter(|_| balanced) {
                 *history = crate::contact::history::History::start(point);
             }
             state.begin_attempt();

@@ -56,7 +56,9 @@ pub struct VertexContact<const D: usize> {
     pub share: f64,
 }
 
-/// Gap, relative to the size of a contactor facet, from which on a point has no weight. Over a
+/// Gap, relative to the size of a contactor facet, from which on a point has no weight; it fades from
+/// gap zero on. If it faded over half of this range, pairs whose weight changes along the facet would be
+/// integrated too inaccurately for the matrix over a step. Over a
 /// plane all points have weight, so that gaps are linear and tangents symmetric.
 pub const OPEN: f64 = 0.25;
 
@@ -372,7 +374,7 @@ impl<const D: usize> VertexContact<D> {
                 AreaKind::Current => AreaMeasure::Current,
                 AreaKind::Reference => AreaMeasure::Reference(reference),
             },
-            range: Range { share: self.share, depth: self.depth, open },
+            range: Range { share: self.share, deep: [0.5 * self.depth, self.depth], open: [0.0, open] },
             across: AcrossPlane { plane, origin: radius },
         }
     }
@@ -527,15 +529,13 @@ impl<const D: usize> VertexContact<D> {
     ) {
         let vertices = |facet: u32| &self.surface.facets()[facet as usize].vertices;
         let active = pairs.iter().filter(|pair| frozen.owner(vertices(pair.facet)).is_some());
-        let mut fades = active.clone().map(|pair| pair.integrals.fades);
         let active = active.map(|pair| (pair.facet, pair.target));
         let mut block = Vec::new();
         let mut workspace = PairWorkspace::default();
         self.sweep(active, fields, Instant::Iterate, |index, _, gathered, pair| {
-            let fixed_places = fades.next() == Some(false);
             let Some(owner) = frozen.owner(vertices(index)) else { return };
             clear_block::<D>(&mut block, gathered.nodes.len());
-            pair.add_frozen(&frozen.of_facet(vertices(index)), fixed_places, &mut block, &mut workspace);
+            pair.add_frozen(&frozen.of_facet(vertices(index)), &mut block, &mut workspace);
             sink.stiffness(owner, &gathered.nodes, &block);
         });
     }
@@ -609,13 +609,10 @@ impl<const D: usize> VertexContact<D> {
     ) {
         let wanted = |pair: &&ActivePair<D>| self.numbers_of(pair.facet, rows).iter().any(Option::is_some);
         let active: Vec<&ActivePair<D>> = pairs.iter().filter(wanted).collect();
-        let mut fades = active.iter().map(|pair| pair.integrals.fades);
         let couples = active.iter().map(|pair| (pair.facet, pair.target));
         let mut block = Vec::new();
         let mut workspace = PairWorkspace::default();
         self.sweep(couples, fields, instant, |index, _, gathered, pair| {
-            let fixed_places = varying.fixed_places && fades.next() == Some(false);
-            let varying = WantedVariations { fixed_places, ..varying };
             let numbers = self.numbers_of(index, rows);
             let both = PairFields { fields: [&gathered.velocities, &gathered.increments] };
             let vertices = &self.surface.facets()[index as usize].vertices;
@@ -733,7 +730,7 @@ pub(super) fn clear_block<const D: usize>(block: &mut Vec<f64>, nodes: usize) {
 /// cheaper than a failed segment search.
 fn may_meet<const D: usize>(pair: &FacetPair<'_, D>) -> bool {
     let Opposite::Facet(target) = &pair.target else { return true };
-    let range = pair.range.open + pair.range.depth;
+    let range = pair.range.open[1] + pair.range.deep[1];
     let bounds = |nodes: &[Vector<D>]| {
         let first = nodes[0];
         nodes.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)))

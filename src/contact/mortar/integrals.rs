@@ -69,12 +69,11 @@ pub struct Range {
     /// Part of the tractions that a pair carries: all of them, or half if every facet is both
     /// contactor and target.
     pub share: f64,
-    /// Points deeper than this lie nearer to the other side of the target and have no weight. The
-    /// weight fades from half of this depth \[m\].
-    pub depth: f64,
-    /// Points farther away than this have no weight. The weight fades from half of this distance
-    /// \[m\].
-    pub open: f64,
+    /// Depths at which the weight of a point begins to fade and at which it is zero: deeper points lie
+    /// nearer to the other side of the target \[m\].
+    pub deep: [f64; 2],
+    /// Gaps at which the weight of a point begins to fade and at which it is zero \[m\].
+    pub open: [f64; 2],
 }
 
 impl Range {
@@ -83,9 +82,9 @@ impl Range {
     /// The gap of a vertex is a mean value. Without this factor, a facet over a deep hole would
     /// open the vertex although its other facets press. The factor is continuously differentiable.
     pub(super) fn fade(&self, gap: f64) -> [f64; 3] {
-        let (end, toward_open) = if gap > 0.0 { (self.open, 1.0) } else { (self.depth, -1.0) };
-        let width = 0.5 * end;
-        let s = (gap.abs() - (end - width)) / width;
+        let ([begin, end], toward_open) = if gap > 0.0 { (self.open, 1.0) } else { (self.deep, -1.0) };
+        let width = end - begin;
+        let s = (gap.abs() - begin) / width;
         if s <= 0.0 {
             return [self.share, 0.0, 0.0];
         }
@@ -171,14 +170,11 @@ pub struct PairIntegrals<const D: usize> {
     pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
     /// Covered area of the facet, `sum_A kappa_A` [m, m^2].
     pub cover: f64,
-    /// Whether the weight of a point fades with its gap. The quadrature is then not accurate enough for
-    /// its sums and [their derivatives](WantedVariations::fixed_places) to match.
-    pub fades: bool,
 }
 
 impl<const D: usize> Default for PairIntegrals<D> {
     fn default() -> Self {
-        Self { vertices: [VertexIntegrals::default(); MOST_CORNERS], cover: 0.0, fades: false }
+        Self { vertices: [VertexIntegrals::default(); MOST_CORNERS], cover: 0.0 }
     }
 }
 
@@ -359,12 +355,12 @@ impl<const D: usize> Variation<D> {
 }
 
 /// The derivatives by the positions of this many nodes as a flat row.
-fn row<const D: usize>(by: &ByNodes<D>, nodes: usize) -> &[f64] {
+pub(super) fn row<const D: usize>(by: &ByNodes<D>, nodes: usize) -> &[f64] {
     by[..nodes].as_flattened()
 }
 
 /// Adds a multiple of one row to another.
-fn add_multiple(sum: &mut [f64], row: &[f64], factor: f64) {
+pub(super) fn add_multiple(sum: &mut [f64], row: &[f64], factor: f64) {
     sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += factor * value);
 }
 
@@ -458,7 +454,7 @@ impl<const D: usize> FacetPair<'_, D> {
         let everywhere = matches!(self.target, Opposite::Facet(_));
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
-        let whole = self.sweep(Want::Points, &mut workspace.point, |point, _| {
+        self.sweep(Want::Points, &mut workspace.point, |point, _| {
             let sums = found.get_or_insert_default();
             sums.cover += point.measure;
             for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
@@ -476,7 +472,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 }
             }
         });
-        found.map(|integrals| PairIntegrals { fades: !whole, ..integrals })
+        found
     }
 
     /// Passes the variation of the integrals of each vertex with each node to `add`: corner, node,
@@ -548,11 +544,10 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 
     /// Adds the stiffness of the frozen quantities: under fixed tractions as in [`vary`](Self::vary), and
-    /// that of the potential, by variations [at fixed places](Want::FixedPlaces) if so requested.
+    /// that of the potential, by variations [at fixed places](Want::FixedPlaces).
     pub fn add_frozen(
         &self,
         frozen: &FrozenFacet<D>,
-        fixed_places: bool,
         stiffness: &mut [f64],
         workspace: &mut PairWorkspace<D>,
     ) {
@@ -565,8 +560,7 @@ impl<const D: usize> FacetPair<'_, D> {
             });
         }
         if frozen.potential[..corners].iter().any(|own| own.pressure != 0.0) {
-            let want = if fixed_places { Want::FixedPlaces } else { Want::NormalVariations };
-            self.sweep(want, variation, |point, variation| {
+            self.sweep(Want::FixedPlaces, variation, |point, variation| {
                 self.add_potential(point, variation, &frozen.potential, &mut products.potential, row);
             });
         }
@@ -641,7 +635,7 @@ impl<const D: usize> FacetPair<'_, D> {
 
     /// Number of coordinates of the segment points that vary. Over an obstacle the points are
     /// fixed.
-    fn coordinates(&self) -> usize {
+    pub(super) fn coordinates(&self) -> usize {
         match self.target {
             Opposite::Facet(_) => D - 1,
             Opposite::Obstacle(_) => 0,
@@ -711,115 +705,21 @@ impl<const D: usize> FacetPair<'_, D> {
         products.flush();
     }
 
-    /// Adds half of the Hessian of the potential (1.11) of the theory, which names its parts; the
-    /// other half is the transpose. It omits the second derivatives of the measure and the part
-    /// proportional to the angle between the two sides.
-    fn add_potential(
-        &self,
-        point: &Point<D>,
-        variation: &Variation<D>,
-        potential: &[VertexPotential; MOST_CORNERS],
-        products: &mut Products,
-        buffer: &mut Vec<f64>,
-    ) {
-        let (first, all) = (self.contactor.nodes.len(), self.nodes());
-        // With `D_A = fade (p (g - g_A) - u)`: `sum_A Phi_A` of its first and second derivatives by
-        // the gap.
-        let [counts, fading, bending] = point.fade;
-        let (mut first_slope, mut second_slope) = (0.0, 0.0);
-        let (mut along_weights, mut along_values) = ([0.0; 2], [0.0; 2]);
-        for (vertex, own) in potential.iter().enumerate().take(self.contactor.kind.corners()) {
-            let energy = own.pressure * (point.gap - own.gap) - own.energy;
-            let by_gap = fading * energy + counts * own.pressure;
-            first_slope += point.weights.value[vertex] * by_gap;
-            second_slope += point.weights.value[vertex] * (bending * energy + 2.0 * fading * own.pressure);
-            for k in 0..D - 1 {
-                along_weights[k] += point.weights.gradient[vertex][k] * by_gap;
-                along_values[k] += point.weights.gradient[vertex][k] * counts * energy;
-            }
-        }
-        let force = first_slope * point.whole;
-        let by_gap = row(&variation.gap, all);
-        // A point on the boundary, see `Want::FixedPlaces`.
-        if point.whole == 0.0 {
-            let integrand = products.left.push();
-            add_multiple(integrand, by_gap, first_slope);
-            for k in 0..self.coordinates() {
-                add_multiple(integrand, row(&variation.xi[k], all), along_values[k]);
-            }
-            products.right.push_copy(row(&variation.whole, all));
-            return products.flush();
-        }
-        products.left.push_copy(by_gap);
-        let by_weight = products.right.push();
-        add_multiple(by_weight, row(&variation.whole, all), first_slope);
-        add_multiple(by_weight, by_gap, 0.5 * second_slope * point.whole);
-        for k in 0..self.coordinates() {
-            add_multiple(by_weight, row(&variation.xi[k], all), point.whole * along_weights[k]);
-        }
-        let Opposite::Facet(target) = &self.target else {
-            // The gap has the second derivative `N_a N_b dn/dx` by the nodes.
-            for (i, by) in variation.normal.iter().enumerate() {
-                products.left.push_copy(row(by, all));
-                let own = products.right.push();
-                (0..all).for_each(|a| own[a * D + i] = 0.5 * force * point.contactor.value[a]);
-            }
-            return products.flush();
-        };
-        for (i, by) in variation.normal.iter().enumerate() {
-            let by = row(by, all);
-            products.left.push_copy(by);
-            let own = products.right.push();
-            add_multiple(own, by, -0.5 * point.gap * force);
-            (0..all).for_each(|a| own[a * D + i] += force * point.coefficient(a, first));
-        }
-        let along = shape::tangents(&point.target, target.nodes);
-        let [below, above] = [(&self.contactor, point.xi), (target, point.eta)]
-            .map(|(facet, at)| bends(facet.kind, at, facet.nodes).map(|bend| bend.dot(&point.normal)));
-        for k in 0..D - 1 {
-            // `d(y_,k . n)` without half of the contribution of the sliding of the point.
-            buffer.clear();
-            buffer.resize(all * D, 0.0);
-            for (i, by) in variation.normal.iter().enumerate() {
-                add_multiple(buffer, row(by, all), along[k][i]);
-            }
-            add_by_node(&mut buffer[first * D..], &point.target, k, &point.normal);
-            for l in 0..D - 1 {
-                add_multiple(buffer, row(&variation.eta[l], all), 0.5 * above[k + l]);
-            }
-            products.left.push_copy(row(&variation.eta[k], all));
-            products.right.push_multiple(buffer, -force);
-        }
-        if below.iter().any(|bend| *bend != 0.0) {
-            for k in 0..D - 1 {
-                products.left.push_copy(row(&variation.xi[k], all));
-                let under = products.right.push();
-                for l in 0..D - 1 {
-                    add_multiple(under, row(&variation.xi[l], all), -0.5 * force * below[k + l]);
-                }
-            }
-        }
-        products.flush();
-    }
-
-    /// Visits the points of all segments, with their variation if it is needed. Returns whether all have
-    /// their full weight at their gap; always true over an obstacle.
+    /// Visits the points of all segments, with their variation if it is needed.
     fn sweep(
         &self,
         want: Want,
         variation: &mut Variation<D>,
         mut visit: impl FnMut(&Point<D>, &Variation<D>),
-    ) -> bool {
+    ) {
         let target = match &self.target {
             Opposite::Facet(target) => target,
             Opposite::Obstacle(obstacle) => {
-                self.sweep_over(obstacle, want, variation, visit);
-                return true;
+                return self.sweep_over(obstacle, want, variation, visit);
             }
         };
         let sides = [(self.contactor.kind, self.contactor.nodes), (target.kind, target.nodes)];
-        let Some(facing) = pair_facing(sides) else { return true };
-        let mut whole = true;
+        let Some(facing) = pair_facing(sides) else { return };
         let degree = degree(self.contactor.kind, target.kind);
         if want != Want::Points {
             variation.stretch[..self.nodes()].fill([0.0; D]);
@@ -837,7 +737,6 @@ impl<const D: usize> FacetPair<'_, D> {
                         let pieces = [below, above];
                         let request = (want, &facing);
                         let point = self.point(target, pieces, segment, moves, request, variation);
-                        whole &= point.as_ref().is_some_and(|point| point.fade[1] == 0.0);
                         if let Some(point) = point {
                             visit(&point, variation);
                         }
@@ -845,7 +744,6 @@ impl<const D: usize> FacetPair<'_, D> {
                 );
             }
         }
-        whole
     }
 
     fn point(
@@ -1023,7 +921,12 @@ impl<const D: usize> FacetPair<'_, D> {
 }
 
 /// Adds `force_i dN_a/dxi_k` to the entries of the nodes `a` of one facet.
-fn add_by_node<const D: usize>(entries: &mut [f64], shape: &FacetShape, k: usize, force: &Vector<D>) {
+pub(super) fn add_by_node<const D: usize>(
+    entries: &mut [f64],
+    shape: &FacetShape,
+    k: usize,
+    force: &Vector<D>,
+) {
     for (entries, gradient) in entries.chunks_exact_mut(D).zip(&shape.gradient) {
         add_multiple(entries, force.as_slice(), gradient[k]);
     }
@@ -1039,7 +942,7 @@ struct Relative<const D: usize> {
 
 impl<const D: usize> Point<D> {
     /// `c_a`.
-    fn coefficient(&self, a: usize, first: usize) -> f64 {
+    pub(super) fn coefficient(&self, a: usize, first: usize) -> f64 {
         if a < first { self.contactor.value[a] } else { -self.target.value[a - first] }
     }
 
@@ -1058,7 +961,7 @@ pub(super) fn interpolate<const D: usize>(shape: &[f64; MOST_NODES], nodes: &[Ve
 }
 
 /// `x_,11`, `x_,12`, `x_,22` of a facet of `kind` at these coordinates.
-fn bends<const D: usize>(kind: ElementKind, at: [f64; 2], nodes: &[Vector<D>]) -> [Vector<D>; 3] {
+pub(super) fn bends<const D: usize>(kind: ElementKind, at: [f64; 2], nodes: &[Vector<D>]) -> [Vector<D>; 3] {
     let mut bends = [Vector::zeros(); 3];
     match kind {
         ElementKind::Line2 | ElementKind::Tri3 => return bends,

@@ -10,7 +10,7 @@
 //! - `broad_phase` finds candidate pairs.
 //! - `intersection` finds the segments of two pieces (`line` in the plane, `polygon` in space).
 //! - [`integrals`] integrates over a pair of facets, and `over_obstacle` over an obstacle. `products`
-//!   adds up the derivatives.
+//!   adds up the derivatives, and `potential` has those of second order.
 //! - `facing` weights facets by the angle to the other side.
 //! - `smooth_parts` divides the facets around a node at sharp edges.
 //! - [`kernel`] evaluates the laws of a vertex.
@@ -35,6 +35,7 @@ mod over_step;
 mod overlap;
 mod parametric;
 mod polygon;
+mod potential;
 mod products;
 pub mod resultant;
 pub mod segment;

@@ -73,7 +73,8 @@ impl<const D: usize> TiedSurfaces<'_, D> {
         };
         let boxes: Vec<Bounds<D>> = self.target.iter().map(&mut around_target).collect();
         let tree = BoundsTree::new(&boxes);
-        let range = Range { share: 1.0, depth: 2.0 * self.within, open: 2.0 * self.within };
+        let near = [self.within, 2.0 * self.within];
+        let range = Range { share: 1.0, deep: near, open: near };
         let mut workspace = PairWorkspace::default();
         let mut placed = Vec::new();
         let mut others = Vec::new();
