@@ -5,7 +5,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::interface::{Opening, RemoteForce};
 use super::pair::{ContactPair, SearchRadii};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
-use crate::contact::mortar::contact::VertexContact;
+use crate::contact::mortar::contact::{CLOSABLE, VertexContact};
 use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::mortar::surface::{SharpEdges, VertexSurface};
 use crate::contact::normal::PressedSide;
@@ -19,7 +19,7 @@ use crate::contact::totals::ContactEnergy;
 use crate::dynamics::FrictionMode;
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, PlaneState};
-use crate::model::{self, Target};
+use crate::model::{self, InitialOverclosure, Target};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
 
@@ -108,6 +108,10 @@ impl<const D: usize> LocalContact<D> {
             area: if contact.current_area { AreaKind::Current } else { AreaKind::Reference },
             depth: measures.radii.depth,
             share: if contact.is_with_itself() { 0.5 } else { 1.0 },
+            closed: match contact.initial_overclosure {
+                InitialOverclosure::Conform => CLOSABLE,
+                _ => 0.0,
+            },
         };
         let outline = ContactSurface::new(&local.mesh, facets, &ownership);
         Ok(Self {

@@ -9,7 +9,7 @@ use super::build::{facet_normals, height, size_of};
 use super::contact::facets_of;
 use crate::case::Units;
 use crate::collective::Collective;
-use crate::contact::mortar::contact::OPEN;
+use crate::contact::mortar::contact::CLOSABLE;
 use crate::contact::obstacle::Shape;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, spelled};
@@ -151,10 +151,6 @@ fn refusal<const D: usize>(
 /// The error of a mesh on a curved surface is `h^2 / (8 R)`, an eighth of a facet that is as long
 /// as the radius. A body that is moved by more loses its shape.
 const ADJUSTABLE: f64 = 0.25;
-
-/// Largest gap that is closed if surfaces are meant to touch, relative to the size of a facet. It
-/// is the gap above which points have less weight.
-const CLOSABLE: f64 = 0.5 * OPEN;
 
 /// Refuses to adjust more than small mesh errors.
 fn require_small<const D: usize>(

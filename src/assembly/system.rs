@@ -255,17 +255,20 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Takes contact tractions and forces of the trial state as those at the start of the motion. In statics
-    /// the start is not in balance: where bodies overlap there, pressures are far above those of the
-    /// first step, and points have no history.
+    /// bodies may overlap there, with pressures far above those of the first step, so no point counts as
+    /// closed.
     ///
     /// # Errors
     /// If a PETSc call fails.
     pub fn remember_start(&mut self, stage: &mut Stage) -> Result<()> {
-        let balanced = self.bodies.is_dynamic();
+        let is_dynamic = self.bodies.is_dynamic();
         for contact in &mut self.contacts {
             let state = &mut contact.state;
-            for (history, point) in state.history.iter_mut().zip(&state.current).filter(|_| balanced) {
+            for (history, point) in state.history.iter_mut().zip(&state.current) {
                 *history = crate::contact::history::History::start(point);
+                if !is_dynamic {
+                    history.normal.fill(0.0);
+                }
             }
             state.begin_attempt();
             contact.remember_multipliers();

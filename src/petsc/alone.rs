@@ -1,10 +1,10 @@
 //! Start without `mpirun`.
 
-/// Settings of Open MPI for a process without `mpirun`. It gets no helper process. All processes
-/// without helper on a machine would share one session folder, which each of them removes at its end
-/// (starts at the same time fail), so they have none: it is for ranks that share memory.
-const SETTINGS: [(&str, &str); 2] =
-    [("OMPI_MCA_ess_singleton_isolated", "1"), ("OMPI_MCA_orte_create_session_dirs", "0")];
+/// Setting of Open MPI: a process without `mpirun` gets no helper process.
+const ISOLATED: &str = "OMPI_MCA_ess_singleton_isolated";
+
+/// Setting of Open MPI: whether a process has a session folder, which is for ranks that share memory.
+const SESSION_FOLDER: &str = "OMPI_MCA_orte_create_session_dirs";
 
 /// Variables that a launcher sets for its processes: `mpirun`, or a batch system that starts the ranks
 /// itself.
@@ -15,17 +15,22 @@ pub(super) fn is_alone() -> bool {
     LAUNCHED.iter().all(|name| std::env::var_os(name).is_none())
 }
 
-/// Spares a process without `mpirun` Open MPI's helper process, unless the user chose otherwise. The
-/// helper would start further processes on demand, and this program never does.
+/// Spares a process without `mpirun` Open MPI's helper process and session folder, unless the user chose
+/// otherwise. The process must have no threads yet.
 ///
-/// `contact-petsc check` of a small case took 0.18 s without the helper and 0.31 s with it. Under
-/// `mpirun` the setting has no effect. The process must have no threads yet.
-pub(super) fn without_helper_process() {
-    if SETTINGS.iter().any(|(name, _)| std::env::var_os(name).is_some()) {
+/// The helper would start further processes on demand, and this program never does: `contact-petsc check` of
+/// a small case took 0.18 s without it and 0.31 s with it. All processes without helper on a machine would
+/// share one session folder, which each of them removes at its end, so that starts at the same time fail.
+pub(super) fn isolate() {
+    if !is_alone() || std::env::var_os(ISOLATED).is_some() {
         return;
     }
-    for (name, value) in SETTINGS {
-        // SAFETY: no other thread reads or writes the environment, because MPI has not started.
-        unsafe { std::env::set_var(name, value) };
+    let folder_is_chosen = std::env::var_os(SESSION_FOLDER).is_some();
+    // SAFETY: no other thread reads or writes the environment, because MPI has not started.
+    unsafe {
+        std::env::set_var(ISOLATED, "1");
+        if !folder_is_chosen {
+            std::env::set_var(SESSION_FOLDER, "0");
+        }
     }
 }

@@ -62,7 +62,7 @@ impl Session {
     /// session.
     pub fn start(args: &[String]) -> Result<Rc<Self>> {
         options::validate(args)?;
-        alone::without_helper_process();
+        alone::isolate();
         threads::one_unless_chosen();
         threads::require_buffers().map_err(say_late)?;
         limits::require_file_size().map_err(say_late)?;

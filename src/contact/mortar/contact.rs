@@ -54,13 +54,19 @@ pub struct VertexContact<const D: usize> {
     /// Part of the tractions that each side carries as the contactor. It is 1/2 in self-contact,
     /// where every facet is both contactor and target, and 1 otherwise.
     pub share: f64,
+    /// Gap, relative to the size of a contactor facet, up to which points have their full weight: zero, or
+    /// the largest gap at the start that counts as closed.
+    pub closed: f64,
 }
 
-/// Gap, relative to the size of a contactor facet, from which on a point has no weight; it fades from
-/// gap zero on. If it faded over half of this range, pairs whose weight changes along the facet would be
-/// integrated too inaccurately for the matrix over a step. Over a
-/// plane all points have weight, so that gaps are linear and tangents symmetric.
+/// Gap, relative to the size of a contactor facet, from which on a point has no weight. It fades from gap
+/// zero on, because the matrix over a step is inaccurate in pairs of facets within which the weight changes
+/// steeply. Over a plane all points have weight, so that gaps are linear and tangents symmetric.
 pub const OPEN: f64 = 0.25;
+
+/// Largest gap that is closed if surfaces are meant to touch, relative to the size of a facet. Points have
+/// their full weight up to this gap then.
+pub const CLOSABLE: f64 = 0.5 * OPEN;
 
 /// Instant of the step at which the node positions are taken. The given displacements are those of
 /// the iterate.
@@ -354,7 +360,7 @@ impl<const D: usize> VertexContact<D> {
     ) -> FacetPair<'a, D> {
         let (contactor, others) = gathered.positions.split_at(gathered.contactor);
         let plane = self.surface.plane();
-        let mut open = OPEN * facet.size;
+        let mut open = [self.closed, OPEN].map(|part| part * facet.size);
         let target = match &self.target {
             ContactTarget::Body(surface) => {
                 Opposite::Facet(PlacedFacet { kind: surface.kind(target), nodes: others })
@@ -362,7 +368,7 @@ impl<const D: usize> VertexContact<D> {
             ContactTarget::Obstacle(obstacle) => {
                 let obstacle = &*obstacle.shape;
                 if obstacle.is_plane() {
-                    open = f64::MAX;
+                    open[1] = f64::MAX;
                 }
                 Opposite::Obstacle(PlacedObstacle { obstacle, rule: rule_of(obstacle, facet.kind, plane) })
             }
@@ -374,7 +380,7 @@ impl<const D: usize> VertexContact<D> {
                 AreaKind::Current => AreaMeasure::Current,
                 AreaKind::Reference => AreaMeasure::Reference(reference),
             },
-            range: Range { share: self.share, deep: [0.5 * self.depth, self.depth], open: [0.0, open] },
+            range: Range { share: self.share, deep: [0.5 * self.depth, self.depth], open },
             across: AcrossPlane { plane, origin: radius },
         }
     }

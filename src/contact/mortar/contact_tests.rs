@@ -86,6 +86,7 @@ impl<const D: usize> PairScene<D> {
             area: AreaKind::Current,
             depth: 0.5,
             share: 1.0,
+            closed: 0.0,
         };
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of(couples);

@@ -425,7 +425,7 @@ fn potential_error<const D: usize>(
     error / scale
 }
 
-/// The matrix of the potential is the derivative of its gradient for every pair of facets that touch.
+/// The matrix of the potential is the derivative of its gradient for every pair of flat facets that touch.
 #[test]
 fn the_potential_has_the_hessian_of_its_gradient() {
     fn check<const D: usize>(kinds: [ElementKind; 2]) {
@@ -436,8 +436,8 @@ fn the_potential_has_the_hessian_of_its_gradient() {
     all_pairs(&FACES).into_iter().for_each(check::<3>);
 }
 
-/// Over a target at an angle only products of gap and angle are left out, of order 2 in the angle if the
-/// sides meet. The area does not vary here: the contactor's facet is covered as a whole, and the area is
+/// Over a target at an angle, at fixed coordinates of the points on a linear facet, only products of gap and
+/// angle are left out, of order 2 in the angle if the sides meet. The area does not vary here: the contactor's facet is covered as a whole, and the area is
 /// the undeformed one.
 #[test]
 fn the_potential_knows_the_angle_between_the_sides() {

@@ -67,6 +67,7 @@ impl<const D: usize> PairScene<D> {
             area: AreaKind::Current,
             depth: f64::MAX,
             share: 1.0,
+            closed: 0.0,
         };
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of((0..facets.len() as u32).map(|facet| (facet, 0)).collect());

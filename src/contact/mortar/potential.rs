@@ -4,11 +4,10 @@
 //! The potential is `int D w`, with the weight `w` of a segment point without the fading weight, and
 //! `D = sum_A Phi_A fade(g) (p_A (g - g_A) - u_A)` with what is frozen at the vertices. In 3D the
 //! derivatives are taken [at fixed places](Want::FixedPlaces), relative to the centre of the contactor's
-//! facet. All sums hold half of the second derivative; the other half is the transpose.
+//! piece. All sums hold half of the second derivative; the other half is the transpose.
 //!
-//! The second derivatives of `Phi_A w` are left out. With those of the interior and of the boundary alone, the
-//! matrix would not be exact for flat surfaces, because they cancel only with those of the corners of the
-//! overlap.
+//! Left out are the second derivatives of `Phi_A w`, which cancel only together with those of the corners of
+//! the overlap, and the terms that the theory names.
 
 use super::integrals::{
     FacetPair, Opposite, PlacedFacet, Point, Variation, VertexPotential, add_by_node, add_multiple, bends,
@@ -23,8 +22,9 @@ use crate::tensor::Vector;
 /// Derivatives of `D` at a segment point.
 #[derive(Default)]
 struct Density {
-    /// By the gap.
+    /// First derivative by the gap.
     slope: f64,
+    /// Second derivative by the gap.
     bend: f64,
     /// By the coordinates on the contactor, at a fixed gap.
     along: [f64; 2],
