@@ -267,6 +267,8 @@ pub struct ContactModel<const D: usize> {
     pub current_area: bool,
     /// Treatment of points that penetrate before the start.
     pub initial_overclosure: InitialOverclosure,
+    /// Whether the forces conserve over steps.
+    pub conserves: bool,
 }
 
 impl<const D: usize> ContactModel<D> {

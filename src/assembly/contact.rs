@@ -110,7 +110,8 @@ impl<const D: usize> LocalContact<D> {
             share: if contact.is_with_itself() { 0.5 } else { 1.0 },
             closed: match contact.initial_overclosure {
                 InitialOverclosure::Conform => CLOSABLE,
-                _ => 0.0,
+                _ if contact.conserves => 0.0,
+                _ => CLOSABLE,
             },
         };
         let outline = ContactSurface::new(&local.mesh, facets, &ownership);

@@ -194,6 +194,7 @@ impl<const D: usize> Model<D> {
             // on it as well.
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
+            conserves: case.time.scheme.value.conserves(),
         }
     }
 }

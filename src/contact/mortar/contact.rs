@@ -54,18 +54,18 @@ pub struct VertexContact<const D: usize> {
     /// Part of the tractions that each side carries as the contactor. It is 1/2 in self-contact,
     /// where every facet is both contactor and target, and 1 otherwise.
     pub share: f64,
-    /// Gap, relative to the size of a contactor facet, up to which points have their full weight: zero, or
-    /// the largest gap at the start that counts as closed.
+    /// Gap, relative to the size of a contactor facet, up to which points have their full weight: at least
+    /// the largest gap at the start that counts as closed. If forces conserve over a step it is zero, because
+    /// their matrix is inaccurate in pairs of facets within which the weight changes steeply.
     pub closed: f64,
 }
 
-/// Gap, relative to the size of a contactor facet, from which on a point has no weight. It fades from gap
-/// zero on, because the matrix over a step is inaccurate in pairs of facets within which the weight changes
-/// steeply. Over a plane all points have weight, so that gaps are linear and tangents symmetric.
+/// Gap, relative to the size of a contactor facet, from which on a point has no weight. Over a plane all
+/// points have weight, so that gaps are linear and tangents symmetric.
 pub const OPEN: f64 = 0.25;
 
 /// Largest gap that is closed if surfaces are meant to touch, relative to the size of a facet. Points have
-/// their full weight up to this gap then.
+/// their full weight up to this gap.
 pub const CLOSABLE: f64 = 0.5 * OPEN;
 
 /// Instant of the step at which the node positions are taken. The given displacements are those of

@@ -3,8 +3,8 @@
 //!
 //! The potential is `int D w`, with the weight `w` of a segment point without the fading weight, and
 //! `D = sum_A Phi_A fade(g) (p_A (g - g_A) - u_A)` with what is frozen at the vertices. In 3D the
-//! derivatives are taken [at fixed places](Want::FixedPlaces), relative to the centre of the contactor's
-//! piece. All sums hold half of the second derivative; the other half is the transpose.
+//! derivatives are taken [at fixed places](super::segment::Want::FixedPlaces), relative to the centre of the
+//! contactor's piece. All sums hold half of the second derivative; the other half is the transpose.
 //!
 //! Left out are the second derivatives of `Phi_A w`, which cancel only together with those of the corners of
 //! the overlap, and the terms that the theory names.
