@@ -268,6 +268,7 @@ impl<const D: usize> Case<D> {
             damping: self.damping,
             current_area: self.current_area,
             initial_overclosure: InitialOverclosure::Accept,
+            conserves: false,
         });
         let options = SystemOptions { inertia: true, format };
         let mut mesh = self.solid.mesh(2, |_| ());
