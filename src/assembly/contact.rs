@@ -108,10 +108,9 @@ impl<const D: usize> LocalContact<D> {
             area: if contact.current_area { AreaKind::Current } else { AreaKind::Reference },
             depth: measures.radii.depth,
             share: if contact.is_with_itself() { 0.5 } else { 1.0 },
-            closed: match contact.initial_overclosure {
-                InitialOverclosure::Conform => CLOSABLE,
-                _ if contact.conserves => 0.0,
-                _ => CLOSABLE,
+            closed: match contact.conserves && contact.initial_overclosure != InitialOverclosure::Conform {
+                true => 0.0,
+                false => CLOSABLE,
             },
         };
         let outline = ContactSurface::new(&local.mesh, facets, &ownership);

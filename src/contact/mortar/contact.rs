@@ -54,9 +54,9 @@ pub struct VertexContact<const D: usize> {
     /// Part of the tractions that each side carries as the contactor. It is 1/2 in self-contact,
     /// where every facet is both contactor and target, and 1 otherwise.
     pub share: f64,
-    /// Gap, relative to the size of a contactor facet, up to which points have their full weight: at least
-    /// the largest gap at the start that counts as closed. If forces conserve over a step it is zero, because
-    /// their matrix is inaccurate in pairs of facets within which the weight changes steeply.
+    /// Gap, relative to the size of a contactor facet, up to which points have their full weight:
+    /// [`CLOSABLE`], or zero if forces conserve over a step and no gap is closed at the start. Their matrix is
+    /// inaccurate in pairs of facets within which the weight changes steeply.
     pub closed: f64,
 }
 

@@ -119,7 +119,7 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// `force` times the second derivative of the gap over a target facet.
+    /// Adds half of the second derivative of the gap over a target facet, times `force`.
     fn add_second_of_gap(
         &self,
         point: &Point<D>,
@@ -139,7 +139,7 @@ impl<const D: usize> FacetPair<'_, D> {
         }
         let along = shape::tangents(&point.target, target.nodes);
         let area: Vector<D> = facet_normal(&along);
-        // The normal of the target, of length 1 along that of the contactor.
+        // `q`, the normal of the target whose part along the normal of the contactor is 1.
         let toward = area / area.dot(&point.normal);
         let [below, above] = [(&self.contactor, point.xi, point.normal), (target, point.eta, toward)]
             .map(|(facet, at, normal)| bends(facet.kind, at, facet.nodes).map(|bend| bend.dot(&normal)));
@@ -152,7 +152,7 @@ impl<const D: usize> FacetPair<'_, D> {
             products.right.push_multiple(row(&variation.gap, all), force);
         }
         for k in 0..D - 1 {
-            // `d(y_,k . n)` without half of the contribution of the sliding of the point.
+            // `y_,k . dn + q . dy_,k` without half of the contribution of the sliding of the point.
             buffer.clear();
             buffer.resize(all * D, 0.0);
             for (i, by) in variation.normal.iter().enumerate() {
