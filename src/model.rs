@@ -10,6 +10,7 @@ mod patches;
 mod places;
 pub mod regions;
 mod sets;
+mod thickness;
 mod ties;
 
 use std::rc::Rc;
@@ -269,6 +270,9 @@ pub struct ContactModel<const D: usize> {
     pub initial_overclosure: InitialOverclosure,
     /// Whether the forces conserve over steps.
     pub conserves: bool,
+    /// Smallest thickness of the bodies under the two surfaces \[m\]; infinite if it is not measured, see
+    /// [`Model::thicknesses`].
+    pub thickness: f64,
 }
 
 impl<const D: usize> ContactModel<D> {

@@ -209,6 +209,12 @@ fn energy_without_a_cause_is_told() {
         let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
         assert_says(&record, &["unexplained energy", "J was gained"]);
     }
+    // A run that fails says so as well.
+    let late = "boundary: { late: { on: block.top, traction: { y: \"if(t > 0.16, -1e13, 0)\" } } }\n";
+    folder.write("case.yml", &(impact(0.05, "") + late));
+    let failed = run(0, &["case.yml", "-o", "out", "-q", "--anew"], &folder);
+    assert!(matches!(failed.code, Some(5 | 6)), "{:?}: {}", failed.code, failed.stderr);
+    assert_says(&failed.stderr, &["unexplained energy", "J was gained", "step 3 (t = 1.5000e-1 s"]);
     let one_step = told(0, &impact(0.2, ""));
     assert!(one_step.contains("'sole' closed at 1.00e1 m/s"), "{one_step}");
     assert_says(&one_step, &["unexplained energy", "J was lost"]);

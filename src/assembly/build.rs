@@ -111,7 +111,7 @@ fn measures<const D: usize>(
             true => height(world, local, contactor).min(height(world, local, target)),
             false => {
                 let all = contact.all_bodies().into_iter();
-                all.map(|body| thickness(world, local, body)).fold(f64::INFINITY, f64::min)
+                all.map(|body| shortest_side(world, local, body)).fold(contact.thickness, f64::min)
             }
         };
         depth = 0.5 * thinner;
@@ -137,7 +137,11 @@ fn measures<const D: usize>(
 }
 
 /// Shortest side of the box around a body \[m\]. Collective.
-fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, body: usize) -> f64 {
+fn shortest_side<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    body: usize,
+) -> f64 {
     sides_of(world, local, body).into_iter().fold(f64::INFINITY, f64::min)
 }
 

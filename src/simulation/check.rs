@@ -40,10 +40,10 @@ const HIGH_PRESSURE: f64 = 0.1;
 pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
     let world = session.world();
     share_surfaces(session, case)?;
-    let model = Model::<D>::new(case)?;
+    let mut model = Model::<D>::new(case)?;
     derived::require_columns(case, &model, None)?;
     agree(world, field_output::require_format(case))?;
-    let Share { local, partition, remarks: of_meshes } = share_out(session, case, &model)?;
+    let Share { local, partition, remarks: of_meshes } = share_out(session, case, &mut model)?;
     let themselves = if session.size() == 1 { self_contact::remarks(&local, &model) } else { Vec::new() };
     let sizes = sizes(world, &local, model.bodies.len());
     let scheme = options::scheme(&case.time);

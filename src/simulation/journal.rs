@@ -416,14 +416,20 @@ impl<const D: usize> Journal<D> {
         let chosen = all.iter().filter(|_| all.iter().all(is_chosen));
         let chosen: Vec<&str> = chosen.map(|contact| &*contact.name).collect();
         let soft = self.springs.warning(&chosen, self.record.units);
-        let contacts =
-            contacts.chain(missed).chain(blurred).chain(last_words).chain(soft).collect::<Vec<_>>();
+        let contacts = contacts
+            .chain(missed)
+            .chain(blurred)
+            .chain(last_words.iter().cloned())
+            .chain(soft)
+            .collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = self.write_end();
         if outcome.is_ok() {
             self.console.finish(&self.record);
             contacts.iter().for_each(|text| self.console.warn(text));
+        } else if is_lost(outcome) {
+            last_words.iter().for_each(|text| self.console.warn(text));
         }
         options.iter().for_each(|text| self.console.warn(text));
         outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
@@ -516,4 +522,10 @@ pub(super) fn record(session: &Session, case: &Case, inputs: Vec<InputRecord>) -
 fn is_solved(outcome: &Result<()>) -> bool {
     let causes = [Cause::NotConverged, Cause::Guard, Cause::Stopped];
     outcome.as_ref().err().is_none_or(|error| causes.contains(&error.cause))
+}
+
+/// Whether the run ended without a solution of a step. Energy without an origin is then often the first
+/// sign of the cause.
+fn is_lost(outcome: &Result<()>) -> bool {
+    outcome.as_ref().err().is_some_and(|error| matches!(error.cause, Cause::NotConverged | Cause::Guard))
 }

@@ -29,6 +29,8 @@ mod unit_note;
 
 use std::rc::Rc;
 
+use mpi::traits::{Communicator, Root};
+
 use crate::accuracy::{self, StepPacing};
 use crate::advice::precision::{self, MotionPrecision, Motions, Precision, farthest_motion};
 use crate::assembly::{ContactSystem, SystemOptions, unsound_state};
@@ -91,11 +93,11 @@ impl<const D: usize> Ready<D> {
     pub fn new(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<Self> {
         input::share_surfaces(session, case)?;
         let keeper = CheckpointPolicy::new(session, case, place)?;
-        let model = Model::<D>::new(case)?;
+        let mut model = Model::<D>::new(case)?;
         derived::require_columns(case, &model, None)?;
         agree(session.world(), field_output::require_format(case))?;
         let mut saved = Saved::find::<D>(session, case, place)?;
-        let Share { local, partition, remarks } = share_out(session, case, &model)?; // METIS
+        let Share { local, partition, remarks } = share_out(session, case, &mut model)?; // METIS
         let scheme = options::scheme(&case.time);
         let linear = options::linear(case);
         let format = options::format(session, case, &local, &linear)?;
@@ -151,11 +153,17 @@ struct Share<const D: usize> {
 }
 
 /// Reads the meshes on rank 0 and distributes them. Facets that may touch are placed on the same
-/// rank. Collective.
-fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D>) -> Result<Share<D>> {
+/// rank. The model then knows the thickness under its contacts. Collective.
+fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &mut Model<D>) -> Result<Share<D>> {
     let world = session.world();
     let read = if session.rank() == 0 { read_meshes(case).map(Some) } else { Ok(None) };
     let (mut mesh, mut remarks) = agree(world, read)?.unzip();
+    let mut thicknesses = vec![0.0; model.contacts.len()];
+    if let Some(mesh) = &mesh {
+        thicknesses = model.thicknesses(mesh);
+    }
+    world.process_at_rank(0).broadcast_into(&mut thicknesses[..]);
+    model.contacts.iter_mut().zip(thicknesses).for_each(|(contact, measured)| contact.thickness = measured);
     let mut plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
     plan.partitioner = case.partition.value;
     let ties = mesh.as_mut().map_or(Ok(Vec::new()), |mesh| model.add_ties(case, mesh));
@@ -267,7 +275,10 @@ fn march<const D: usize>(
                 guard.record(system, stage, journal.step(), ledger)?;
                 guard.motion.accept(&slides, journal.step(), stage.dt);
                 journal.at_the_end(guard.warnings(scheme, !case.contact.is_empty(), case.units));
-                guard.energy(ledger, stage.trial.time, case.units)?;
+                // The error says what the warnings would say.
+                guard
+                    .energy(ledger, stage.trial.time, case.units)
+                    .inspect_err(|_| journal.at_the_end(Vec::new()))?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
                 journal.end_step();

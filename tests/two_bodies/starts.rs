@@ -2,6 +2,7 @@
 //! missed contact.
 
 use super::*;
+use crate::common::{Folder, run};
 
 /// A block that is a million times as stiff as its stratum also rests on it. The spring under free
 /// bodies is soft compared with their support, and the tolerance of a linear solve is limited by
@@ -176,3 +177,73 @@ boundary:
 time: { end: 0.07, step: 1.0e-3, scheme: conserving }
 output: { probes: { a: { at: [0.85, 0.3], on: a } } }
 ";
+
+/// A comb of three teeth of width 1 at a pitch of 3 on a tall base, as an input file of Abaqus with the
+/// nodes at `place(x, y)`.
+fn comb(place: impl Fn(f64, f64) -> [f64; 2]) -> String {
+    let is_solid = |column: u32, row: u32| row < 12 || column % 6 < 2;
+    let mut nodes = String::from("*NODE\n");
+    for (row, column) in (0..15).flat_map(|row| (0..15).map(move |column| (row, column))) {
+        let touches = |column: u32, row: u32| column < 14 && row < 14 && is_solid(column, row);
+        let beside = [(0, 0), (1, 0), (0, 1), (1, 1)];
+        if beside.iter().any(|(i, j)| column >= *i && row >= *j && touches(column - i, row - j)) {
+            let [x, y] = place(0.5 * f64::from(column), 0.5 * f64::from(row));
+            nodes += &format!("{}, {x}, {y}\n", 15 * row + column + 1);
+        }
+    }
+    let mut elements = String::from("*ELEMENT, TYPE=CPE4\n");
+    for (row, column) in (0..14).flat_map(|row| (0..14).map(move |column| (row, column))) {
+        if is_solid(column, row) {
+            let first = 15 * row + column + 1;
+            elements += &format!("{}, {first}, {}, {}, {}\n", first, first + 1, first + 16, first + 15);
+        }
+    }
+    nodes + &elements
+}
+
+/// Two combs whose teeth mesh with a clearance start without an overclosure, although flanks lie less
+/// than half of their boxes behind the flanks of other teeth, and press where flanks meet. Only the
+/// thickness of the teeth tells what is behind a flank.
+#[test]
+fn teeth_mesh_on_1_2_3_ranks() {
+    let text = "dimension: 2
+bodies:
+  lower:
+    mesh: { file: lower.inp }
+    sets: { teeth: \"y > 5.99\", back: \"y < 0.01\" }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+  upper:
+    mesh: { file: upper.inp }
+    sets: { teeth: \"y < 7.11\", back: \"y > 13.09\" }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+contact: { mesh: { contactor: lower.teeth, target: upper.teeth } }
+boundary:
+  hold: { on: lower.back, displacement: { x: 0, y: 0 } }
+  push: { on: upper.back, displacement: { x: \"-0.66 * t\", y: 0 } }
+time: { end: 1, scheme: { static: { increments: 6 } } }
+";
+    let results = [1, 2, 3].map(|ranks| {
+        let folder = Folder::new("teeth");
+        folder.write("lower.inp", &comb(|x, y| [x, y]));
+        folder.write("upper.inp", &comb(|x, y| [8.5 - x, 13.1 - y]));
+        folder.write("case.yml", text);
+        run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        Results(folder)
+    });
+    let contact = results[0].table("contact.csv");
+    let points = contact.numbers("points");
+    assert!(
+        points[..5].iter().all(|&points| points == 0.0) && points[5..].iter().all(|&points| points > 0.0),
+        "{points:?}"
+    );
+    let [pressed, held] = ["contact.csv", "reactions.csv"].map(|table| results[0].table(table));
+    let force = pressed.last("force_x");
+    // Backs that move by 0.16 beyond the clearance shear the bases by 0.08 each if the teeth are rigid:
+    // 36 kN. Soft teeth take a part of it.
+    assert!((3.6e3..3.6e4).contains(&-force), "{force} N");
+    assert!((held.last("force_x").abs() / force.abs() - 1.0).abs() < 1e-6, "{force} N");
+    for other in &results[1..] {
+        let found = other.table("contact.csv").last("force_x");
+        assert!((found / force - 1.0).abs() < 1e-9, "{found} and {force} N");
+    }
+}
