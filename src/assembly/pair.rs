@@ -196,6 +196,11 @@ impl<const D: usize> ContactPair<D> {
         (!self.acts_on_own_node()).then_some(&self.couplings)
     }
 
+    /// Whether a node is on one of the two surfaces, in this rank's part of the mesh.
+    pub fn has_node(&self, node: u32) -> bool {
+        self.nodes.binary_search(&node).is_ok()
+    }
+
     /// Largest extent of a facet of either side \[m\].
     pub fn facet(&self) -> f64 {
         self.radii.facet

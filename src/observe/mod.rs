@@ -36,3 +36,6 @@ pub mod quantity;
 pub mod reactions;
 pub mod rigid;
 pub mod rigid_surfaces;
+mod unbalanced;
+
+pub use unbalanced::unbalanced_place;

@@ -40,6 +40,7 @@ use crate::error::{Cause, Error, Result, agree};
 use crate::guard::{RunGuard, missed_contact, slides};
 use crate::model::{ContactModel, Model, Target, read_meshes};
 use crate::observe::energy::EnergyLedger;
+use crate::observe::unbalanced_place;
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy, Trouble, first_guess};
@@ -289,6 +290,11 @@ fn march<const D: usize>(
                 ledger.restore(saved);
                 journal.failed(&report, &reason, control);
                 if control.fail() == Retry::GiveUp {
+                    let place = match report.trouble {
+                        Trouble::Balance => unbalanced_place(system, stage)?,
+                        _ => None,
+                    };
+                    let reason = std::iter::once(reason).chain(place).collect::<Vec<_>>().join("; ");
                     // If rounding dominates the prescribed motion, this is why the step does not
                     // converge.
                     let prescribed = farthest_motion(system, stage, Motions::Prescribed);
