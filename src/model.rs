@@ -10,8 +10,8 @@ mod patches;
 mod places;
 pub mod regions;
 mod sets;
-mod thickness;
 mod ties;
+mod walls;
 
 use std::rc::Rc;
 
@@ -270,9 +270,9 @@ pub struct ContactModel<const D: usize> {
     pub initial_overclosure: InitialOverclosure,
     /// Whether the forces conserve over steps.
     pub conserves: bool,
-    /// Smallest thickness of the bodies under the two surfaces \[m\]; infinite if it is not measured, see
-    /// [`Model::thicknesses`].
-    pub thickness: f64,
+    /// Thickness of the thinnest wall between the two surfaces \[m\], see [`Model::walls`]; infinite if
+    /// there is none.
+    pub wall: f64,
 }
 
 impl<const D: usize> ContactModel<D> {

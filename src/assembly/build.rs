@@ -111,7 +111,7 @@ fn measures<const D: usize>(
             true => height(world, local, contactor).min(height(world, local, target)),
             false => {
                 let all = contact.all_bodies().into_iter();
-                all.map(|body| shortest_side(world, local, body)).fold(contact.thickness, f64::min)
+                all.map(|body| shortest_side(world, local, body)).fold(contact.wall, f64::min)
             }
         };
         depth = 0.5 * thinner;

@@ -195,7 +195,7 @@ impl<const D: usize> Model<D> {
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
             conserves: case.time.scheme.value.conserves(),
-            thickness: f64::INFINITY,
+            wall: f64::INFINITY,
         }
     }
 }

@@ -1,17 +1,22 @@
-//! The place where forces are farthest from balance, for the message of a step that did not converge.
+//! The place where forces are farthest from balance, for the message of a step that did not
+//! converge.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::{Communicator, Root};
 
-use crate::assembly::ContactSystem;
+use crate::assembly::{ContactSystem, LocalContact};
 use crate::collective::Collective;
 use crate::dynamics::{Equations, Stage};
 use crate::error::Result;
 use crate::mesh::spelled;
 
-/// Describes the node with the largest unbalanced force at the trial state of `stage`: the force, the
-/// position before the deformation, the body, and the contacts on whose surfaces it lies. `None` if forces
-/// are not finite, or if the node is that of a rigid body. The same on all ranks. Collective.
+/// Forces within this fraction of the largest one count as equal. It is well above rounding, which
+/// depends on the partition.
+const EQUAL: f64 = 1e-6;
+
+/// Describes the node with the largest unbalanced force at the trial state of `stage`: the force,
+/// the position before the deformation, the body, and the contacts on whose surfaces it lies. Of
+/// equal forces it is the node with the smallest coordinates. `None` if forces are not finite. Nodes
+/// of rigid bodies are left out. The same on all ranks. Collective.
 ///
 /// # Errors
 /// PETSc reports an error.
@@ -25,45 +30,74 @@ pub fn unbalanced_place<const D: usize>(
     if !system.residual(stage, &mut residual)?.norm.is_finite() {
         return Ok(None);
     }
+    let force = |block: &[f64]| block.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let forces: Vec<f64> = residual.owned().chunks_exact(D).map(force).collect();
+    let units = system.bodies().units();
+    Ok(worst(system, &forces).map(|Worst { force, place, body, contacts }| {
+        let contacts = match contacts.is_empty() {
+            true => String::new(),
+            false => format!(", on a surface of {}", contacts.join(", ")),
+        };
+        let (newton, m) = (units.of("N"), units.of("m"));
+        format!(
+            "the largest unbalanced force, {force:.1e} {newton}, is at {} {m} of '{body}'{contacts}",
+            spelled(&place)
+        )
+    }))
+}
+
+/// A node of a deformable body.
+struct Worst<const D: usize> {
+    force: f64,
+    place: [f64; D],
+    body: String,
+    contacts: Vec<String>,
+}
+
+/// The node with the largest of the `forces` at the owned nodes \[N\]. Collective.
+fn worst<const D: usize>(system: &ContactSystem<D>, forces: &[f64]) -> Option<Worst<D>> {
     let session = system.session().clone();
     let world = session.world();
     let local = system.bodies().local();
-    let force = |block: &[f64]| block.iter().map(|part| part * part).sum::<f64>().sqrt();
-    let forces: Vec<f64> = residual.owned().chunks_exact(D).map(force).collect();
-    let own = (0_u32..).zip(&forces).max_by(|a, b| a.1.total_cmp(b.1));
-    let (own_node, own_force) = own.map_or((0, -1.0), |(node, force)| (node, *force));
-    let mut all = vec![0.0; session.size() as usize];
-    world.gather_all(&[own_force], &mut all);
-    let most = all.iter().copied().fold(0.0, f64::max);
-    let Some(owner) = all.iter().position(|force| *force == most) else { return Ok(None) };
-    let mut node = local.index.global(own_node);
-    let mut place = local.mesh.points.get(own_node as usize).copied().unwrap_or([0.0; D]);
-    let owner = world.process_at_rank(owner as i32);
-    owner.broadcast_into(&mut node);
-    owner.broadcast_into(&mut place[..]);
+    let mut body_of = vec![-1; local.mesh.points.len()];
+    for element in 0..local.mesh.element_count() {
+        for &node in local.mesh.element_nodes(element) {
+            body_of[node as usize] = i32::from(local.mesh.body[element]);
+        }
+    }
+    let of_bodies = || forces.iter().enumerate().filter(|(node, _)| body_of[*node] >= 0);
+    let own = of_bodies().map(|(_, force)| *force).fold(-1.0, f64::max);
+    let mut most = -1.0;
+    world.reduce_all(&own, &mut most, SystemOperation::max());
+    if most < 0.0 {
+        return None;
+    }
 
-    // Elements and facets at a node may lie in the parts of other ranks.
-    let known = local.index.local(node);
-    let has = |element: &usize| known.is_some_and(|node| local.mesh.element_nodes(*element).contains(&node));
-    let body = (0..local.mesh.element_count()).find(has).map(|element| i32::from(local.mesh.body[element]));
-    let on =
-        |contact: &crate::assembly::LocalContact<D>| known.is_some_and(|node| contact.pair.has_node(node));
-    let found: Vec<i32> = std::iter::once(body.unwrap_or(-1))
-        .chain(system.contacts().iter().map(|contact| i32::from(on(contact))))
-        .collect();
-    let mut everywhere = found.clone();
-    world.reduce_all(&found[..], &mut everywhere[..], SystemOperation::max());
-    let Ok(body) = usize::try_from(everywhere[0]) else { return Ok(None) };
-    let Some(body) = system.bodies().body_names().nth(body) else { return Ok(None) };
-    let contacts = system.contacts().iter().zip(&everywhere[1..]).filter(|(_, on)| **on > 0);
-    let contacts: Vec<String> = contacts.map(|(contact, _)| format!("'{}'", contact.name)).collect();
-    let units = system.bodies().units();
-    let within =
-        if contacts.is_empty() { String::new() } else { format!(", in contact {}", contacts.join(", ")) };
-    Ok(Some(format!(
-        "the largest unbalanced force, {most:.1e} {}, is at {} {} of '{body}'{within}",
-        units.of("N"),
-        spelled(&place),
-        units.of("m")
-    )))
+    // Each rank offers its first node with that force: global number and position.
+    let equal = of_bodies().filter(|(_, force)| **force >= (1.0 - EQUAL) * most);
+    let first = equal.map(|(node, _)| node).min_by(|a, b| {
+        let [a, b] = [*a, *b].map(|node| local.mesh.points[node]);
+        a.partial_cmp(&b).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let mut offer = [-1.0; 4];
+    if let Some(node) = first {
+        offer[0] = f64::from(local.index.global(node as u32));
+        offer[1..=D].copy_from_slice(&local.mesh.points[node]);
+    }
+    let mut offers = vec![0.0; 4 * session.size() as usize];
+    world.gather_all(&offer, &mut offers);
+    let offers = offers.chunks_exact(4).filter(|offer| offer[0] >= 0.0);
+    let chosen = offers.min_by(|a, b| a[1..].partial_cmp(&b[1..]).unwrap_or(std::cmp::Ordering::Equal))?;
+
+    // Elements and facets at the node may lie in the parts of other ranks.
+    let known = local.index.local(chosen[0] as i32);
+    let touches = |contact: &LocalContact<D>| known.is_some_and(|node| contact.pair.has_node(node));
+    let mut own = vec![known.map_or(-1, |node| body_of[node as usize])];
+    own.extend(system.contacts().iter().map(|contact| i32::from(touches(contact))));
+    let mut all = own.clone();
+    world.reduce_all(&own[..], &mut all[..], SystemOperation::max());
+    let body = system.bodies().body_names().nth(usize::try_from(all[0]).ok()?)?.to_owned();
+    let contacts = system.contacts().iter().zip(&all[1..]).filter(|(_, touches)| **touches > 0);
+    let contacts = contacts.map(|(contact, _)| format!("'{}'", contact.name)).collect();
+    Some(Worst { force: most, place: std::array::from_fn(|k| chosen[1 + k]), body, contacts })
 }

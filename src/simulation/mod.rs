@@ -154,17 +154,15 @@ struct Share<const D: usize> {
 }
 
 /// Reads the meshes on rank 0 and distributes them. Facets that may touch are placed on the same
-/// rank. The model then knows the thickness under its contacts. Collective.
+/// rank. The model then knows the walls between the surfaces of its contacts. Collective.
 fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &mut Model<D>) -> Result<Share<D>> {
     let world = session.world();
     let read = if session.rank() == 0 { read_meshes(case).map(Some) } else { Ok(None) };
     let (mut mesh, mut remarks) = agree(world, read)?.unzip();
-    let mut thicknesses = vec![0.0; model.contacts.len()];
-    if let Some(mesh) = &mesh {
-        thicknesses = model.thicknesses(mesh);
-    }
-    world.process_at_rank(0).broadcast_into(&mut thicknesses[..]);
-    model.contacts.iter_mut().zip(thicknesses).for_each(|(contact, measured)| contact.thickness = measured);
+    let unknown = || vec![f64::INFINITY; model.contacts.len()];
+    let mut walls = mesh.as_ref().map_or_else(unknown, |mesh| model.walls(mesh));
+    world.process_at_rank(0).broadcast_into(&mut walls[..]);
+    model.contacts.iter_mut().zip(walls).for_each(|(contact, wall)| contact.wall = wall);
     let mut plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
     plan.partitioner = case.partition.value;
     let ties = mesh.as_mut().map_or(Ok(Vec::new()), |mesh| model.add_ties(case, mesh));
@@ -276,10 +274,10 @@ fn march<const D: usize>(
                 guard.record(system, stage, journal.step(), ledger)?;
                 guard.motion.accept(&slides, journal.step(), stage.dt);
                 journal.at_the_end(guard.warnings(scheme, !case.contact.is_empty(), case.units));
-                // The error says what the warnings would say.
-                guard
-                    .energy(ledger, stage.trial.time, case.units)
-                    .inspect_err(|_| journal.at_the_end(Vec::new()))?;
+                guard.energy(ledger, stage.trial.time, case.units).inspect_err(|_| {
+                    // The error says what the warning of unexplained energy would say.
+                    journal.at_the_end(guard.motion.warning(case.units).into_iter().collect());
+                })?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
                 journal.end_step();
@@ -290,8 +288,13 @@ fn march<const D: usize>(
                 ledger.restore(saved);
                 journal.failed(&report, &reason, control);
                 if control.fail() == Retry::GiveUp {
+                    // Stages of the staggered strategy balance a part of the forces, and a motion
+                    // along which a force acts has no place.
+                    let is_free = report.driven || report.held.motions > 0;
                     let place = match report.trouble {
-                        Trouble::Balance => unbalanced_place(system, stage)?,
+                        Trouble::Balance if !is_free && options::staggered(case).is_none() => {
+                            unbalanced_place(system, stage)?
+                        }
                         _ => None,
                     };
                     let reason = std::iter::once(reason).chain(place).collect::<Vec<_>>().join("; ");

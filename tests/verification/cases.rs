@@ -269,7 +269,7 @@ impl<const D: usize> Case<D> {
             current_area: self.current_area,
             initial_overclosure: InitialOverclosure::Accept,
             conserves: false,
-            thickness: f64::INFINITY,
+            wall: f64::INFINITY,
         });
         let options = SystemOptions { inertia: true, format };
         let mut mesh = self.solid.mesh(2, |_| ());
