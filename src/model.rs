@@ -270,8 +270,8 @@ pub struct ContactModel<const D: usize> {
     pub initial_overclosure: InitialOverclosure,
     /// Whether the forces conserve over steps.
     pub conserves: bool,
-    /// Thickness of the thinnest wall between the two surfaces \[m\], see [`Model::walls`]; infinite if
-    /// there is none.
+    /// Thickness of the thinnest wall between the two surfaces \[m\]. Infinite without a wall, and
+    /// until [`Model::walls`] has measured it.
     pub wall: f64,
 }
 

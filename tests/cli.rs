@@ -408,6 +408,6 @@ fn no_convergence_ends_with_the_figures_on_1_3_20_ranks() {
         let place = output.stderr.lines().find_map(|line| line.split_once("N, is at "));
         place.unwrap_or_else(|| panic!("no place: {}", output.stderr)).1.to_owned()
     });
-    assert!(places[0].contains("m of 'block', on a surface of 'sole'"), "{}", places[0]);
+    assert!(places[0].contains("m of 'block', on a surface of contact 'sole'"), "{}", places[0]);
     assert!(places.iter().all(|place| *place == places[0]), "{places:?}");
 }

@@ -7,9 +7,9 @@ use crate::mesh::{Bounds, BoundsTree, Facet, FacetIndex, Mesh};
 use crate::space::facet_normal;
 use crate::tensor::Vector;
 
-/// Length of a section of a ray relative to the facet where it begins. Longer sections have larger
-/// boxes around them, shorter ones are more. The result does not depend on it.
-const SECTION: f64 = 4.0;
+/// Number of sections of a ray. Each section has its own box, because the box around an oblique ray
+/// contains many facets that the ray does not hit. The result does not depend on the number.
+const SECTIONS: u32 = 64;
 
 /// Barycentric coordinates down to which a ray hits a triangle. Facets of regular meshes lie
 /// exactly opposite each other, and the ray from the centre of one passes through the common edge
@@ -17,14 +17,14 @@ const SECTION: f64 = 4.0;
 const ROUNDING: f64 = 1e-9;
 
 impl<const D: usize> Model<D> {
-    /// For each contact the thickness of the thinnest wall between its surfaces \[m\]; infinite if there
-    /// is none, over an obstacle, and for bodies in contact with themselves.
+    /// Returns the thickness of the thinnest wall between the two surfaces of each contact \[m\]. It is
+    /// infinite for contacts without a wall, with an obstacle, or of a body with itself.
     ///
-    /// A wall lies between a facet and a facet of the other surface that faces it from behind: the
-    /// inward normal of the first one leaves its own body before it leaves the other body through
-    /// the second one. The two would count as one deep penetration. Distances up to half the
-    /// shortest side of the boxes around the bodies are considered, because deeper points have no
-    /// weight in any case (theory, section 1.3).
+    /// A wall is a part of a body, such as the tooth of a gear. The inward normal at the centre of a
+    /// facet first leaves its own body, and then the other body through a facet of the other
+    /// surface. Without the wall these two facets would count as a deep penetration. Rays are as
+    /// long as half the shortest side of the boxes around the bodies, because deeper points have no
+    /// weight (theory, section 1.3).
     pub fn walls(&self, mesh: &Mesh<D>) -> Vec<f64> {
         let mut boundary = None;
         let thinnest = |contact: &ContactModel<D>| {
@@ -91,8 +91,8 @@ impl<'a, const D: usize> Boundary<'a, D> {
         bodies.iter().map(|&body| shortest(&boxes[body])).fold(f64::INFINITY, f64::min)
     }
 
-    /// Thickness of the body under a facet, if a facet of the `opposite` surface faces it from behind
-    /// that part of the body, at most `depth` away \[m\].
+    /// Returns the thickness of the body under a facet \[m\] if a facet of the `opposite` surface lies
+    /// behind that part of the body, at most `depth` away.
     fn wall(&self, facet: Facet, opposite: &Surface<D>, depth: f64) -> Option<f64> {
         let corners: Vec<Vector<D>> = corners(self.mesh, facet).collect();
         let start = corners.iter().sum::<Vector<D>>() / corners.len() as f64;
@@ -101,12 +101,11 @@ impl<'a, const D: usize> Boundary<'a, D> {
             return None;
         }
         let body = self.mesh.body[facet.element as usize];
-        let section = SECTION * around(self.mesh, facet).extent();
-        let count = (depth / section).ceil();
-        let [mut wall, mut other] = [f64::INFINITY; 2];
-        let mut number = 0.0;
-        while number < count && other.is_infinite() {
-            let (from, to) = (number * section, ((number + 1.0) * section).min(depth));
+        let mut wall = f64::INFINITY;
+        let mut other = f64::INFINITY;
+        for number in 0..SECTIONS {
+            let end = |number: u32| depth * f64::from(number) / f64::from(SECTIONS);
+            let (from, to) = (end(number), end(number + 1));
             for index in self.tree.meeting(&ray.between(from, to)) {
                 let hit = self.facets[index as usize];
                 let is_own = self.mesh.body[hit.element as usize] == body;
@@ -118,9 +117,11 @@ impl<'a, const D: usize> Boundary<'a, D> {
                     *nearest = nearest.min(exit);
                 }
             }
-            number += 1.0;
+            if other.is_finite() {
+                return (wall < other).then_some(wall);
+            }
         }
-        (wall < other && other.is_finite()).then_some(wall)
+        None
     }
 }
 
@@ -218,8 +219,8 @@ mod tests {
     const THROUGH: [[&str; 2]; 2] = [["a.bottom", "b.top"], ["a.front", "b.back"]];
     const NESTED: [&str; 2] = ["a.top", "b.bottom"];
 
-    /// Between the outer side of a cup and the inner side of a smaller one in it are the walls of
-    /// both.
+    /// The walls of both cups lie between the outer side of one and the inner side of the smaller
+    /// one.
     #[test]
     fn a_wall_between_facets_is_found() {
         for kind in ["quad4", "tri3", "quad9", "tri6"] {
@@ -240,7 +241,7 @@ mod tests {
         }
     }
 
-    /// A wall in front of a facet that is farther away than the range of the contact does not count.
+    /// A facet that is farther away than half the box around a body makes no wall.
     #[test]
     fn far_facets_do_not_count() {
         assert_eq!(wall::<2>(1.2, "quad4", THROUGH[0]), f64::INFINITY);

@@ -10,13 +10,14 @@ use crate::error::Result;
 use crate::mesh::spelled;
 
 /// Forces within this fraction of the largest one count as equal. It is well above rounding, which
-/// depends on the partition.
+/// depends on the partition. Half and twice the value choose the same node in the test.
 const EQUAL: f64 = 1e-6;
 
 /// Describes the node with the largest unbalanced force at the trial state of `stage`: the force,
-/// the position before the deformation, the body, and the contacts on whose surfaces it lies. Of
-/// equal forces it is the node with the smallest coordinates. `None` if forces are not finite. Nodes
-/// of rigid bodies are left out. The same on all ranks. Collective.
+/// the position before the deformation, the body, and the contacts on whose surfaces it lies. If
+/// several forces are equal, it is the node with the smallest coordinates. Returns `None` if forces
+/// are not finite. Nodes of rigid bodies are left out. The result is the same on all ranks.
+/// Collective.
 ///
 /// # Errors
 /// PETSc reports an error.
@@ -36,7 +37,7 @@ pub fn unbalanced_place<const D: usize>(
     Ok(worst(system, &forces).map(|Worst { force, place, body, contacts }| {
         let contacts = match contacts.is_empty() {
             true => String::new(),
-            false => format!(", on a surface of {}", contacts.join(", ")),
+            false => format!(", on a surface of contact {}", contacts.join(", ")),
         };
         let (newton, m) = (units.of("N"), units.of("m"));
         format!(

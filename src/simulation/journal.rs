@@ -524,8 +524,7 @@ fn is_solved(outcome: &Result<()>) -> bool {
     outcome.as_ref().err().is_none_or(|error| causes.contains(&error.cause))
 }
 
-/// Whether the run ended without a solution of a step. Energy without an origin is then often the first
-/// sign of the cause.
+/// Whether the run ended without a solution of a step. Unexplained energy may then show the cause.
 fn is_lost(outcome: &Result<()>) -> bool {
     outcome.as_ref().err().is_some_and(|error| matches!(error.cause, Cause::NotConverged | Cause::Guard))
 }

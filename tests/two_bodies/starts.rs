@@ -178,8 +178,8 @@ time: { end: 0.07, step: 1.0e-3, scheme: conserving }
 output: { probes: { a: { at: [0.85, 0.3], on: a } } }
 ";
 
-/// A comb of three teeth of width 1 at a pitch of 3 on a tall base, as an input file of Abaqus with the
-/// nodes at `place(x, y)`.
+/// A comb of three teeth of width 1 at a pitch of 3 on a tall base, as an input file of Abaqus with
+/// the nodes at `place(x, y)`.
 fn comb(place: impl Fn(f64, f64) -> [f64; 2]) -> String {
     let is_solid = |column: u32, row: u32| row < 12 || column % 6 < 2;
     let mut nodes = String::from("*NODE\n");
@@ -201,11 +201,11 @@ fn comb(place: impl Fn(f64, f64) -> [f64; 2]) -> String {
     nodes + &elements
 }
 
-/// Two combs whose teeth mesh with a clearance start without an overclosure, although flanks lie less
-/// than half of their boxes behind the flanks of other teeth, and press where flanks meet. Only the
-/// thickness of the teeth tells what is behind a flank.
+/// Two combs whose teeth mesh with a clearance start without an overclosure. Behind each flank, at
+/// less than half of the box around the body, is a flank of another tooth. The combs press where
+/// flanks meet.
 #[test]
-fn teeth_mesh_on_1_2_3_ranks() {
+fn teeth_mesh_on_1_2_3_4_ranks() {
     let text = "dimension: 2
 bodies:
   lower:
@@ -222,7 +222,7 @@ boundary:
   push: { on: upper.back, displacement: { x: \"-0.66 * t\", y: 0 } }
 time: { end: 1, scheme: { static: { increments: 6 } } }
 ";
-    let results = [1, 2, 3].map(|ranks| {
+    let results = [1, 2, 3, 4].map(|ranks| {
         let folder = Folder::new("teeth");
         folder.write("lower.inp", &comb(|x, y| [x, y]));
         folder.write("upper.inp", &comb(|x, y| [8.5 - x, 13.1 - y]));
