@@ -407,6 +407,65 @@ fn a_sharp_block_is_dragged_by_either_side() {
     }
 }
 
+/// A block, tilted by 15 degrees, that is pressed into a slab with its lower edge and dragged without friction.
+const TILTED: &str = r#"
+dimension: 2
+bodies:
+  slab:
+    mesh: { box: { min: [0, 0], max: [2, 0.8], cells: [20, 8], element: quad4 } }
+    material: { neo_hookean: { young_modulus: 1, poisson_ratio: 0.3 } }
+  block:
+    mesh:
+      box:
+        min: [0, 0]
+        max: [0.6, 0.6]
+        cells: [8, 8]
+        element: quad4
+        map: { x: 0.7 + 0.9659 * x - 0.2588 * y, y: 0.8 + 0.2588 * x + 0.9659 * y }
+    sets: { skin: { of: facets, where: "x > 0" } }
+    material: { neo_hookean: { young_modulus: 1, poisson_ratio: 0.3 } }
+contact:
+  skin:
+    contactor: CONTACTOR
+    target: TARGET
+    normal: { penalty: { compliance: 0.01 } }
+    initial_overclosure: accept
+boundary:
+  bed: { on: slab.bottom, displacement: { x: 0, y: 0 } }
+  grip: { on: block.top, displacement: { x: "max(t - 1, 0)", y: "-0.1 * min(t, 1)" } }
+time: { end: 1.3, step: 0.05, scheme: { static: {} } }
+output: { fields: { every: 0 } }
+"#;
+
+/// Without friction the force on a flat slab is normal to it, whichever side is the contactor. With the
+/// normals of the block's facets a quarter of it would be tangential, and the run would end with code 5. With
+/// `block.bottom` the edge is the end of the contactor.
+#[test]
+fn an_edge_slides_without_friction_on_1_2_3_4_8_ranks() {
+    let dragged = |[contactor, target]: [&str; 2], ranks: usize| {
+        let text = TILTED.replace("CONTACTOR", contactor).replace("TARGET", target);
+        let results = Results::of(&text, ranks);
+        let bed = results.table("reactions.csv").only("boundary", "bed");
+        [bed.numbers("force_x"), bed.numbers("force_y")]
+    };
+    let last = |forces: &[Vec<f64>; 2]| forces[1][forces[1].len() - 1];
+    let slab = dragged(["slab.top", "block.skin"], 1);
+    for contactor in ["block.skin", "block.bottom"] {
+        let alone = dragged([contactor, "slab.top"], 1);
+        println!("{contactor}: {alone:?}, slab: {slab:?}");
+        for (along, normal) in alone[0].iter().zip(&alone[1]).skip(1) {
+            assert!(along.abs() < 0.025 * normal, "{contactor}: {along} and {normal}");
+        }
+        assert!((last(&alone) / last(&slab) - 1.0).abs() < 0.02, "{contactor}: {alone:?} {slab:?}");
+        for ranks in [2, 3, 4, 8] {
+            let several = dragged([contactor, "slab.top"], ranks);
+            for (a, b) in alone.concat().iter().zip(several.concat()) {
+                assert!((a - b).abs() < 1e-9 * last(&alone), "{contactor}, {ranks} ranks: {a} and {b}");
+            }
+        }
+    }
+}
+
 /// Two bodies collide off-centre and separate. Energy and both momenta are conserved to rounding,
 /// with and without friction, in 2D and 3D. The energy lost to friction is heat.
 #[test]

@@ -12,12 +12,14 @@ use super::rollers::Rollers;
 use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
 use crate::collective::Collective;
+use crate::contact::mortar::surface::VertexSurface;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
 use crate::model::regions::softest_beneath;
 use crate::model::{self, MassChoice, Model, Target};
 use crate::partition::LocalMesh;
+use crate::partition::exchange::NodeExchange;
 use crate::petsc::BlockPattern;
 use crate::space::{DisplacementBoundary, DofMap, Held};
 use crate::tensor::Vector;
@@ -84,9 +86,28 @@ pub(super) fn contacts<const D: usize>(
     let mut contacts = Vec::with_capacity(wanted.len());
     for contact in wanted {
         let measures = measures(world, local, bodies, contact)?;
-        contacts.push(agree(world, LocalContact::new(contact, &measures, local))?);
+        let mut contact = agree(world, LocalContact::new(contact, &measures, local))?;
+        share_edges(world, local, &mut contact.pair.contact.surface)?;
+        contacts.push(contact);
     }
     Ok(contacts)
+}
+
+/// Marks the facets of a contactor whose corners on edges belong to other ranks. Collective.
+fn share_edges<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    surface: &mut VertexSurface<D>,
+) -> Result<()> {
+    let edge_nodes = surface.edge_nodes();
+    let mut exchange = NodeExchange::new(world, &local.index, &local.index.ghosts)?;
+    let mut marks = vec![0.0; local.index.ghosts.len()];
+    let give = |node: u32, mark: &mut [f64]| {
+        mark[0] = if edge_nodes.binary_search(&node).is_ok() { 1.0 } else { 0.0 };
+    };
+    exchange.forward_from(world, 1, give, &mut marks);
+    surface.set_edges_of_others(|node| marks[node as usize - local.index.owned] > 0.0);
+    Ok(())
 }
 
 /// Sizes of a contact over all ranks. Collective.

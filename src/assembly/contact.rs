@@ -6,6 +6,7 @@ use super::interface::{Opening, RemoteForce};
 use super::pair::{ContactPair, SearchRadii};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::contact::{CLOSABLE, VertexContact};
+use crate::contact::mortar::integrals::NormalOf;
 use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::mortar::surface::{SharpEdges, VertexSurface};
 use crate::contact::normal::PressedSide;
@@ -103,7 +104,6 @@ impl<const D: usize> LocalContact<D> {
         let edges = if target.obstacle().is_some() { SharpEdges::Divided } else { SharpEdges::Joined };
         let vertices = VertexContact {
             surface: VertexSurface::new(&local.mesh, facets, &ownership, lumped, edges),
-            target,
             law,
             area: if contact.current_area { AreaKind::Current } else { AreaKind::Reference },
             depth: measures.radii.depth,
@@ -112,6 +112,11 @@ impl<const D: usize> LocalContact<D> {
                 true => 0.0,
                 false => CLOSABLE,
             },
+            edge_normal: match target.obstacle().is_some() || contact.conserves {
+                true => NormalOf::Contactor,
+                false => NormalOf::Target,
+            },
+            target,
         };
         let outline = ContactSurface::new(&local.mesh, facets, &ownership);
         Ok(Self {

@@ -3,7 +3,7 @@
 
 use super::candidates::Candidates;
 use super::integrals::{
-    AcrossPlane, AreaMeasure, Carried, FacetPair, FrozenChanges, FrozenFacet, Opposite, PAIR_NODES,
+    AcrossPlane, AreaMeasure, Carried, FacetPair, FrozenChanges, FrozenFacet, NormalOf, Opposite, PAIR_NODES,
     PairFields, PairWorkspace, PlacedFacet, Range, VertexPotential, WantedVariations,
 };
 use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness, is_sliver};
@@ -58,6 +58,10 @@ pub struct VertexContact<const D: usize> {
     /// [`CLOSABLE`], or zero if forces conserve over a step and no gap is closed at the start. Their matrix is
     /// inaccurate in pairs of facets within which the weight changes steeply.
     pub closed: f64,
+    /// The side whose normal pairs at edges of the contactor have: the target. Its facets at an edge may be
+    /// steep, and forces along their normals would drag the edge along a flat target. If forces conserve over
+    /// a step, they are derivatives of the weighted gaps, and the normal is that of the contactor.
+    pub edge_normal: NormalOf,
 }
 
 /// Gap, relative to the size of a contactor facet, from which on a point has no weight. Over a plane all
@@ -382,6 +386,7 @@ impl<const D: usize> VertexContact<D> {
             },
             range: Range { share: self.share, deep: [0.5 * self.depth, self.depth], open },
             across: AcrossPlane { plane, origin: radius },
+            normal_of: if facet.at_edge { self.edge_normal } else { NormalOf::Contactor },
         }
     }
 

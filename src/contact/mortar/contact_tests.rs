@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
+use crate::contact::mortar::integrals::NormalOf;
 use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::{NORMAL_LAWS, NormalPowerLaw};
 use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, penalty, target};
@@ -87,6 +88,7 @@ impl<const D: usize> PairScene<D> {
             depth: 0.5,
             share: 1.0,
             closed: 0.0,
+            edge_normal: NormalOf::Contactor,
         };
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of(couples);

@@ -2,10 +2,11 @@
 //! vertices of the contactor.
 //!
 //! At a segment point with `x = sum N_a x_a`, `y = sum M_b y_b` and `nu = x_,1 x x_,2` (outward
-//! from the contactor) the normal is `n = -nu / |nu|`, the gap `g = (x - y) . n` and `dGamma =
-//! fade(g) psi w j`, with the weight `psi` of the angle between the facets (`facing`) and `j = |nu|`
-//! now or in the reference configuration. With the coefficients `c_a
-//! = N_a` on the contactor and `-M_b` on the target, vertex `A` with weight `Phi_A` has
+//! from the contactor) the normal is `n = -nu / |nu|`, or the outward normal of the target
+//! ([`NormalOf`]), the gap `g = (x - y) . n` and `dGamma = fade(g) psi w j`, with the weight `psi` of
+//! the angle between the facets (`facing`) and `j = |nu|` now or in the reference configuration. With
+//! the coefficients `c_a = N_a` on the contactor and `-M_b` on the target, vertex `A` with weight
+//! `Phi_A` has
 //!
 //! `kappa = int Phi_A`, `W = int Phi_A g`, `N = int Phi_A n`, `D_a = int Phi_A c_a`, `V_a = int
 //! Phi_A n c_a`.
@@ -130,6 +131,17 @@ pub struct FacetPair<'a, const D: usize> {
     pub range: Range,
     /// Extent across the plane.
     pub across: AcrossPlane,
+    /// The side whose normal gap and pressure have.
+    pub normal_of: NormalOf,
+}
+
+/// A side of a pair of facets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NormalOf {
+    /// The contactor, or the obstacle.
+    Contactor,
+    /// The target facet.
+    Target,
 }
 
 /// The integrals of one vertex over one pair.
@@ -328,9 +340,9 @@ pub(super) struct Variation<const D: usize> {
     /// Of the measure without the fading weight.
     pub whole: ByNodes<D>,
     pub gap: ByNodes<D>,
-    /// Of the normal by the nodes of the contactor, at a fixed point of the facet.
+    /// Of the normal by the nodes of its side, at a fixed point of the facet.
     pub turns: [Tensor<D>; MOST_NODES],
-    /// Of the normal by the coordinates of the point.
+    /// Of the normal by the coordinates of the point on its side.
     pub bends: [Vector<D>; 2],
     /// Of each component of the normal, both together, if requested.
     pub normal: [ByNodes<D>; D],
@@ -500,13 +512,13 @@ impl<const D: usize> FacetPair<'_, D> {
             None => Want::Variations,
         };
         let mut turns = [[Tensor::zeros(); MOST_NODES]; MOST_CORNERS];
-        let first = self.contactor.nodes.len();
+        let turning = self.turning_nodes();
         self.sweep(want, variation, |point, variation| {
             self.add_variation(point, variation, fields, &order, variations);
             if varying.normal {
                 for (turns, weight) in turns.iter_mut().zip(point.weights.value).take(corners) {
                     let share = weight * point.measure;
-                    let changes = turns.iter_mut().zip(&variation.turns).take(first);
+                    let changes = turns.iter_mut().zip(&variation.turns).take(turning.len());
                     changes.for_each(|(turn, by)| *turn += by * share);
                 }
             }
@@ -526,8 +538,8 @@ impl<const D: usize> FacetPair<'_, D> {
                 let tensor = |first: usize| Tensor::from_fn(|i, j| by(first + i)[j]);
                 if let Some(place) = order.normal {
                     change.normal = tensor(place);
-                    if b < first {
-                        change.normal += turns[vertex][b];
+                    if turning.contains(&b) {
+                        change.normal += turns[vertex][b - turning.start];
                     }
                 }
                 for (slip, place) in change.slips.iter_mut().zip(order.slips) {
@@ -605,7 +617,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 let sums = &mut factors[of(vertex)];
                 spread(point.measure * point.weights.gradient[vertex][k], sums);
                 let share = point.weights.value[vertex] * point.measure;
-                if let Some(place) = order.normal {
+                if let (Some(place), NormalOf::Contactor) = (order.normal, self.normal_of) {
                     (0..D).for_each(|i| sums[place + i] += share * variation.bends[k][i]);
                 }
                 for (place, relative) in relative.iter().flatten() {
@@ -621,16 +633,29 @@ impl<const D: usize> FacetPair<'_, D> {
             }
         };
         add(&variation.gap, &|sums, share| sums[1] = share);
-        if relative.iter().any(Option::is_some) {
+        let bent = order.normal.filter(|_| self.normal_of == NormalOf::Target);
+        if relative.iter().any(Option::is_some) || bent.is_some() {
             for k in 0..self.coordinates() {
                 add(&variation.eta[k], &|sums, share| {
                     for (place, relative) in relative.iter().flatten() {
                         (0..D).for_each(|i| sums[place + i] = -share * relative.along_target[k][i]);
                     }
+                    if let Some(place) = bent {
+                        (0..D).for_each(|i| sums[place + i] = share * variation.bends[k][i]);
+                    }
                 });
             }
         }
         products.flush();
+    }
+
+    /// The nodes that turn the normal.
+    fn turning_nodes(&self) -> std::ops::Range<usize> {
+        let first = self.contactor.nodes.len();
+        match self.normal_of {
+            NormalOf::Contactor => 0..first,
+            NormalOf::Target => first..self.nodes(),
+        }
     }
 
     /// Number of coordinates of the segment points that vary. Over an obstacle the points are
@@ -765,7 +790,11 @@ impl<const D: usize> FacetPair<'_, D> {
         if size.is_nan() || size <= 0.0 {
             return None;
         }
-        let normal = -vector_area / size;
+        let outward = vector_area / size;
+        let normal = match self.normal_of {
+            NormalOf::Contactor => -outward,
+            NormalOf::Target => facet_normal(&shape::tangents(&target, opposite.nodes)).normalize(),
+        };
         let chord = x - y;
         let gap = chord.dot(&normal);
         let fade = self.range.fade(gap).map(|part| part * facing.part);
@@ -816,7 +845,7 @@ impl<const D: usize> FacetPair<'_, D> {
         let by_radius = self.across.plane.depth_slope() * per_depth;
         let stretch_slopes = match self.measure {
             AreaMeasure::Current => {
-                [0, 1].map(|k| -area_slopes[k].dot(&normal) * depth + by_radius * tangents[k][0])
+                [0, 1].map(|k| area_slopes[k].dot(&outward) * depth + by_radius * tangents[k][0])
             }
             AreaMeasure::Reference(nodes) => {
                 let tangents = shape::tangents(&point.contactor, nodes);
@@ -826,9 +855,6 @@ impl<const D: usize> FacetPair<'_, D> {
                 [0, 1].map(|k| slopes[k].dot(&direction) * depth + by_radius * tangents[k][0])
             }
         };
-        let others = shape::tangents(&point.target, opposite.nodes);
-        let projector = tangential_projector(&normal) / size;
-        let turned = projector * chord;
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let Variation { xi, eta, weight, measure, stretch: by_size, whole, gap: by_gap, .. } = variation;
         let Variation { turns, bends: along, normal: by_normal, .. } = variation;
@@ -836,26 +862,38 @@ impl<const D: usize> FacetPair<'_, D> {
             *by_gap = (normal * point.coefficient(b, first)).into();
         }
         if want.includes_normals() {
-            by_normal.iter_mut().for_each(|by| by[first..all].fill([0.0; D]));
+            by_normal.iter_mut().for_each(|by| by[..all].fill([0.0; D]));
         }
-        for b in 0..first {
-            let by_area = area_variation(&tangents, &point.contactor.gradient[b]);
-            let turn = by_area.tr_mul(&turned);
-            by_gap[b].iter_mut().zip(turn.iter()).for_each(|(by, turn)| *by -= turn);
+        let others = shape::tangents(&point.target, opposite.nodes);
+        let projector = tangential_projector(&normal);
+        let (edges, gradients, slopes, turned_by) = match self.normal_of {
+            NormalOf::Contactor => (&tangents, &point.contactor.gradient, area_slopes, -projector / size),
+            NormalOf::Target => {
+                let bends = self::bends(opposite.kind, segment.eta, opposite.nodes);
+                let facing_size = facet_normal(&others).norm();
+                let slopes = self::area_slopes(&others, &bends);
+                (&others, &point.target.gradient, slopes, projector / facing_size)
+            }
+        };
+        for ((node, turn), gradient) in self.turning_nodes().zip(turns.iter_mut()).zip(gradients) {
+            *turn = turned_by * area_variation(edges, gradient);
+            add_multiple(&mut by_gap[node], turn.tr_mul(&chord).as_slice(), 1.0);
+            if want.includes_normals() {
+                for (i, by) in by_normal.iter_mut().enumerate() {
+                    by[node] = turn.row(i).transpose().into();
+                }
+            }
+        }
+        for (b, gradient) in point.contactor.gradient.iter().enumerate().take(first) {
             by_size[b] = match self.measure {
                 AreaMeasure::Current => {
-                    let mut by_size = by_area.tr_mul(&normal) * (-segment.weight * depth);
+                    let by_area = area_variation(&tangents, gradient);
+                    let mut by_size = by_area.tr_mul(&outward) * (segment.weight * depth);
                     by_size[0] += segment.weight * by_radius * point.contactor.value[b];
                     by_size.into()
                 }
                 AreaMeasure::Reference(_) => [0.0; D],
             };
-            turns[b] = -(projector * by_area);
-            if want.includes_normals() {
-                for (i, by) in by_normal.iter_mut().enumerate() {
-                    by[b] = turns[b].row(i).transpose().into();
-                }
-            }
         }
         let by_gap = by_gap[..all].as_flattened_mut();
         let whole = whole[..all].as_flattened_mut();
@@ -866,13 +904,18 @@ impl<const D: usize> FacetPair<'_, D> {
         }
         for k in 0..D - 1 {
             let [xi, eta] = [row(&xi[k], all), row(&eta[k], all)];
-            along[k] = -(projector * area_slopes[k]);
-            add_multiple(by_gap, xi, tangents[k].dot(&normal) + along[k].dot(&chord));
+            along[k] = turned_by * slopes[k];
+            add_multiple(by_gap, xi, tangents[k].dot(&normal));
             add_multiple(by_gap, eta, -others[k].dot(&normal));
             add_multiple(whole, xi, stretch_slopes[k] * segment.weight);
+            let bending = match self.normal_of {
+                NormalOf::Contactor => xi,
+                NormalOf::Target => eta,
+            };
+            add_multiple(by_gap, bending, along[k].dot(&chord));
             if want.includes_normals() {
                 for (i, by) in by_normal.iter_mut().enumerate() {
-                    add_multiple(by[..all].as_flattened_mut(), xi, along[k][i]);
+                    add_multiple(by[..all].as_flattened_mut(), bending, along[k][i]);
                 }
             }
         }

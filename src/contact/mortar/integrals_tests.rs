@@ -47,11 +47,11 @@ fn with_pair<const D: usize, R>(
     plane: PlaneState,
     then: impl FnOnce(&FacetPair<'_, D>) -> R,
 ) -> R {
-    with_pair_in(RANGE, kinds, z, reference, plane, then)
+    with_pair_in((RANGE, NormalOf::Contactor), kinds, z, reference, plane, then)
 }
 
 fn with_pair_in<const D: usize, R>(
-    range: Range,
+    (range, normal_of): (Range, NormalOf),
     kinds: [ElementKind; 2],
     z: &[f64],
     reference: Option<&[Vector<D>]>,
@@ -66,6 +66,7 @@ fn with_pair_in<const D: usize, R>(
         measure: reference.map_or(AreaMeasure::Current, AreaMeasure::Reference),
         range,
         across: AcrossPlane { plane, origin: 1.5 },
+        normal_of,
     })
 }
 
@@ -125,7 +126,9 @@ fn varies<const D: usize>(
     (gap, tangent): (f64, f64),
     plane: PlaneState,
 ) {
-    for seed in 0..5 {
+    for (seed, normal_of) in
+        (0..5).flat_map(|seed| [NormalOf::Contactor, NormalOf::Target].map(|of| (seed, of)))
+    {
         let mut z = coordinates::<D>(kinds, seed, 0.08, gap);
         tilt::<D>(kinds, &mut z, tangent);
         let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, gap));
@@ -133,13 +136,14 @@ fn varies<const D: usize>(
         let nodes = z.len() / D;
         let fields = [3, 4].map(|more| vectors::<D>(&scatter(nodes * D, seed + more)));
         let direction: Vec<f64> = scatter(z.len(), seed + 7).iter().map(|d| 1e-3 * d).collect();
-        let range = if tangent == 0.0 { RANGE } else { WIDE };
+        let range = (if tangent == 0.0 { RANGE } else { WIDE }, normal_of);
         let f = |z: &[f64]| with_pair_in(range, kinds, z, undeformed, plane, |pair| values(pair, &fields));
         let df = |z: &[f64], d: &[f64]| {
             with_pair_in(range, kinds, z, undeformed, plane, |pair| change(pair, &fields, &vectors(d)))
         };
         let rate = taylor_rate(f, df, &z, &direction);
-        assert!(rate > 1.9, "{kinds:?}, seed {seed}, gap {gap}, tangent {tangent}: rate {rate}");
+        let place = format!("{kinds:?}, seed {seed}, gap {gap}, tangent {tangent}, {normal_of:?}");
+        assert!(rate > 1.9, "{place}: rate {rate}");
     }
 }
 
@@ -172,7 +176,7 @@ fn upright_facets_have_no_weight() {
         let kinds = [ElementKind::Line2; 2];
         let mut z = coordinates::<2>(kinds, 1, 0.0, 0.0);
         tilt::<2>(kinds, &mut z, tangent);
-        with_pair_in::<2, _>(WIDE, kinds, &z, None, PlaneState::Strain, |pair| {
+        with_pair_in::<2, _>((WIDE, NormalOf::Contactor), kinds, &z, None, PlaneState::Strain, |pair| {
             let sums = pair.integrate(&mut PairWorkspace::default()).expect("they overlap");
             let sides = [(kinds[0], pair.contactor.nodes), (kinds[1], pair.target.nodes())];
             (pair_facing(sides).expect("they face each other"), sums.cover)
@@ -221,6 +225,7 @@ fn integrals_over_an_obstacle_move_as_their_variations_say() {
                     },
                     range: RANGE,
                     across: AcrossPlane { plane, origin: 1.5 },
+                    normal_of: NormalOf::Contactor,
                 })
             };
             let f = |z: &[f64]| with(z, &|pair| values(pair, &fields));
@@ -266,13 +271,16 @@ fn tractions<const D: usize>(seed: u32) -> [Carried<D>; MOST_CORNERS] {
 }
 
 fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool, plane: PlaneState) {
-    for seed in 0..5 {
+    for (seed, normal_of) in
+        (0..5).flat_map(|seed| [NormalOf::Contactor, NormalOf::Target].map(|of| (seed, of)))
+    {
+        let setting = (RANGE, normal_of);
         let z = coordinates::<D>(kinds, seed, 0.08, -0.05);
         let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, -0.05));
         let undeformed = reference.then_some(&undeformed[..kinds[0].nodes()]);
         let carried = tractions::<D>(seed);
         let direction: Vec<f64> = scatter(z.len(), seed + 7).iter().map(|d| 1e-3 * d).collect();
-        let f = |z: &[f64]| with_pair(kinds, z, undeformed, plane, |pair| force(pair, &carried));
+        let f = |z: &[f64]| with_pair_in(setting, kinds, z, undeformed, plane, |pair| force(pair, &carried));
         let df = |z: &[f64], d: &[f64]| {
             let mut stiffness = vec![0.0; z.len() * z.len()];
             let frozen = FrozenFacet {
@@ -280,7 +288,7 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool, plane: 
                 changes: FrozenChanges { under_pressure: true, under_friction: true, area: true },
                 ..FrozenFacet::default()
             };
-            with_pair(kinds, z, undeformed, plane, |pair| {
+            with_pair_in(setting, kinds, z, undeformed, plane, |pair| {
                 pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
             });
             let nodes = z.len() / D;
@@ -292,7 +300,7 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool, plane: 
                 .collect()
         };
         let rate = taylor_rate(f, df, &z, &direction);
-        assert!(rate > 1.9, "{kinds:?}, seed {seed}: rate {rate}");
+        assert!(rate > 1.9, "{kinds:?}, seed {seed}, {normal_of:?}: rate {rate}");
     }
 }
 
@@ -380,7 +388,7 @@ fn potential_error<const D: usize>(
     undeformed: Option<&[Vector<D>]>,
 ) -> f64 {
     let (pressures, size) = ([0.7, 1.3, -0.4, 0.9], z.len());
-    let range = if undeformed.is_some() { WIDE } else { RANGE };
+    let range = (if undeformed.is_some() { WIDE } else { RANGE }, NormalOf::Contactor);
     let gradient = |z: &[f64]| {
         with_pair_in(range, kinds, z, undeformed, PlaneState::Strain, |pair| {
             let mut all = vec![0.0; size];

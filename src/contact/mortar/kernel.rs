@@ -3,8 +3,8 @@
 //!
 //! With the sums of [`super::integrals`] over all pairs of a vertex, `g = W / kappa`, `n = N / |N|`
 //! and `c_a = D_a / kappa`. A node receives the force `kappa (t_n v_a + c_a t_T)` with `v_a = V_a /
-//! kappa`. The pressure acts along the normals of the facets, so that forces pass the patch test
-//! and have no moment. Friction acts along the tangent plane of the vertex.
+//! kappa`. The pressure acts along the normals of facets, so that forces pass the patch test. Along those of
+//! the contactor they have no moment. Friction acts along the tangent plane of the vertex.
 //!
 //! The stiffness is minus the variation of this force. Its parts are, by the varying quantity:
 //!

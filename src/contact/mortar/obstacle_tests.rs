@@ -6,6 +6,7 @@ use super::super::obstacle::is_lumped;
 use super::tests::{CONTACT_TERMS, Dense, PairScene, error_over_step, rate, regimes, stored_energy};
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction};
+use crate::contact::mortar::integrals::NormalOf;
 use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::NORMAL_LAWS;
 use crate::contact::obstacle::{Plane, Shape, sample_shapes};
@@ -68,6 +69,7 @@ impl<const D: usize> PairScene<D> {
             depth: f64::MAX,
             share: 1.0,
             closed: 0.0,
+            edge_normal: NormalOf::Contactor,
         };
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of((0..facets.len() as u32).map(|facet| (facet, 0)).collect());

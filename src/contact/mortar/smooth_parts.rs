@@ -53,6 +53,18 @@ pub fn smooth_parts<const D: usize>(corners: &[FacetCorner<D>]) -> Vec<u32> {
     parts.into_iter().flatten().collect()
 }
 
+/// Whether the surface has a sharp edge at a node with these facets around it, or ends there.
+pub fn is_at_edge<const D: usize>(corners: &[FacetCorner<D>]) -> bool {
+    let ends = match D {
+        2 => corners.len() == 1,
+        _ => {
+            let beside = || corners.iter().flat_map(|corner| corner.beside);
+            beside().any(|node| beside().filter(|&other| other == node).count() == 1)
+        }
+    };
+    ends || smooth_parts(corners).iter().any(|part| *part > 0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,6 +82,19 @@ mod tests {
         assert_eq!(smooth_parts(&edge), [0, 1, 1, 0]);
         let face = [corner(z, [1, 2]), corner(z, [3, 4]), corner(z, [2, 3]), corner(z, [4, 1])];
         assert_eq!(smooth_parts(&face), [0; 4]);
+    }
+
+    /// Points of an edge of a cube and on the boundary of a face are at an edge, those within a face are not.
+    #[test]
+    fn a_face_ends_at_its_boundary() {
+        let [y, z] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let face = [corner(z, [1, 2]), corner(z, [2, 3]), corner(z, [3, 4]), corner(z, [4, 1])];
+        assert!(!is_at_edge(&face));
+        assert!(is_at_edge(&face[..3]) && is_at_edge(&face[..1]));
+        let edge = [face[0], face[1], corner(y, [3, 4]), corner(y, [4, 1])];
+        assert!(is_at_edge(&edge));
+        let line = FacetCorner { normal: Vector::<2>::new(0.0, 1.0), beside: [0; 2] };
+        assert!(is_at_edge(&[line]) && !is_at_edge(&[line, line]));
     }
 
     /// Facets that share no edge are not one part, even if they face the same way.

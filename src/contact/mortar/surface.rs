@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::shape::{FacetShape, tangents};
-use super::smooth_parts::{FacetCorner, smooth_parts};
+use super::smooth_parts::{FacetCorner, is_at_edge, smooth_parts};
 use super::split::linear;
 use crate::contact::nodal::at;
 use crate::contact::surface::Ownership;
@@ -39,6 +39,9 @@ pub struct VertexFacet {
     pub size: f64,
     /// Undeformed area, in axisymmetry of the whole revolution [m, m^2].
     pub area: f64,
+    /// Whether a corner lies on a sharp edge of the surface or on its boundary. For corners of other ranks
+    /// see [`VertexSurface::set_edges_of_others`].
+    pub at_edge: bool,
     /// `int Phi_A Phi_B` over the undeformed facet [m, m^2]; for a lumped facet `int Phi_A` on the
     /// diagonal.
     pub shares: [[f64; 4]; 4],
@@ -67,6 +70,8 @@ struct Numbering {
     vertices: Vec<u32>,
     /// For each vertex its number among those of its node.
     parts: Vec<u32>,
+    /// Whether each vertex is on a sharp edge of the surface or on its boundary.
+    at_edge: Vec<bool>,
     /// For each facet the vertices at its corners; `None` at nodes of other ranks.
     of_corners: Vec<[Option<u32>; 4]>,
 }
@@ -85,16 +90,18 @@ impl Numbering {
                 }
             }
         }
-        let mut numbering =
-            Self { vertices: Vec::new(), parts: Vec::new(), of_corners: vec![[None; 4]; facets.len()] };
+        let mut numbering = Self {
+            vertices: Vec::new(),
+            parts: Vec::new(),
+            at_edge: Vec::new(),
+            of_corners: vec![[None; 4]; facets.len()],
+        };
         for (node, places) in around {
+            let corners: Vec<_> =
+                places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner)).collect();
             let parts = match edges {
                 SharpEdges::Joined => vec![0; places.len()],
-                SharpEdges::Divided => {
-                    let corners =
-                        places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner));
-                    smooth_parts(&corners.collect::<Vec<_>>())
-                }
+                SharpEdges::Divided => smooth_parts(&corners),
             };
             let first = numbering.vertices.len() as u32;
             for (part, (number, corner)) in parts.iter().zip(places) {
@@ -103,6 +110,7 @@ impl Numbering {
             let count = parts.iter().max().map_or(0, |last| last + 1);
             numbering.vertices.extend((0..count).map(|_| node));
             numbering.parts.extend(0..count);
+            numbering.at_edge.extend(std::iter::repeat_n(is_at_edge(&corners), count as usize));
         }
         numbering
     }
@@ -139,6 +147,7 @@ pub struct VertexSurface<const D: usize> {
     reference_points: Vec<Vector<D>>,
     vertices: Vec<u32>,
     parts: Vec<u32>,
+    at_edge: Vec<bool>,
     reference_area: Vec<f64>,
     /// Facets around vertex `p`: `around[first[p]..first[p + 1]]`.
     first: Vec<u32>,
@@ -166,6 +175,7 @@ impl<const D: usize> VertexSurface<D> {
             reference_area: vec![0.0; numbering.vertices.len()],
             vertices: numbering.vertices,
             parts: numbering.parts,
+            at_edge: numbering.at_edge,
             first: Vec::new(),
             around: Vec::new(),
             plane: mesh.plane,
@@ -189,7 +199,8 @@ impl<const D: usize> VertexSurface<D> {
                 });
             }
             let nodes = first..surface.nodes.len();
-            surface.facets.push(VertexFacet { facet, kind, vertices, size, area, shares, nodes });
+            let at_edge = vertices.iter().flatten().any(|&vertex| surface.at_edge[vertex as usize]);
+            surface.facets.push(VertexFacet { facet, kind, vertices, size, area, at_edge, shares, nodes });
         }
         surface.link();
         surface
@@ -266,6 +277,21 @@ impl<const D: usize> VertexSurface<D> {
     /// For each vertex its number among those of its node, the same on every rank.
     pub fn parts(&self) -> &[u32] {
         &self.parts
+    }
+
+    /// Local nodes of this rank on sharp edges of the surface and on its boundary, in ascending order.
+    pub fn edge_nodes(&self) -> Vec<u32> {
+        let at_edge = self.vertices.iter().zip(&self.at_edge).filter(|(_, at_edge)| **at_edge);
+        at_edge.map(|(&node, _)| node).collect()
+    }
+
+    /// Marks the facets with a corner at a node of another rank that lies on an edge.
+    pub fn set_edges_of_others(&mut self, is_at_edge: impl Fn(u32) -> bool) {
+        for facet in &mut self.facets {
+            let corners = &self.nodes[facet.nodes.clone()][..facet.kind.corners()];
+            let others = corners.iter().zip(&facet.vertices).filter(|(_, vertex)| vertex.is_none());
+            facet.at_edge |= others.into_iter().any(|(&node, _)| is_at_edge(node));
+        }
     }
 
     /// Numbers of the facets around a vertex.

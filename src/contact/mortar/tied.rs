@@ -1,6 +1,8 @@
 //! Ties of two surfaces whose meshes need not match (theory, section 3.16).
 
-use super::integrals::{AcrossPlane, AreaMeasure, FacetPair, Opposite, PairWorkspace, PlacedFacet, Range};
+use super::integrals::{
+    AcrossPlane, AreaMeasure, FacetPair, NormalOf, Opposite, PairWorkspace, PlacedFacet, Range,
+};
 use super::surface::{SharpEdges, VertexSurface};
 use crate::contact::surface::Ownership;
 use crate::mesh::{Bounds, BoundsTree, Facet, Mesh, Tie};
@@ -102,6 +104,7 @@ impl<const D: usize> TiedSurfaces<'_, D> {
                     measure: AreaMeasure::Reference(reference),
                     range,
                     across: AcrossPlane { plane: mesh.plane, origin: origin[0] },
+                    normal_of: NormalOf::Contactor,
                 };
                 let Some(integrals) = pair.integrate(&mut workspace) else { continue };
                 for (vertex, part) in facet.vertices.iter().zip(&integrals.vertices) {
