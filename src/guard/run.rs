@@ -112,7 +112,8 @@ impl RunGuard {
         Some(text)
     }
 
-    /// Evaluates the ledger at the end of the accepted step `step` in `stage`. Collective.
+    /// Evaluates the ledger at the end of the accepted step `step` of `scheme` in `stage`. Returns a warning in
+    /// the step in which much energy has been gained. Collective.
     ///
     /// # Errors
     /// PETSc reports an error.
@@ -121,9 +122,11 @@ impl RunGuard {
         system: &ContactSystem<D>,
         stage: &Stage,
         step: u64,
+        scheme: Scheme,
         ledger: &EnergyLedger,
-    ) -> Result<()> {
+    ) -> Result<Option<String>> {
         let energies = ledger.now();
+        let (before, scale) = (self.unexplained, self.scale);
         self.grow(energies);
         let rounding = match self.unexplained.left(energies).abs() > NOTABLE * self.scale {
             true => system.rounding(stage)? * stage.trial.u.norm()?,
@@ -131,7 +134,8 @@ impl RunGuard {
         };
         let known = KnownError { rounding, work: ledger.work_error() };
         self.unexplained.record(step, stage.trial.time, stage.dt, energies, known);
-        Ok(())
+        let scales = [scale, self.scale];
+        Ok(self.unexplained.gain(&before, scheme, self.may_conserve, scales, system.units()))
     }
 
     /// Warnings at the end of a run by `scheme`, with or without contact.

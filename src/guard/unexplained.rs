@@ -9,6 +9,10 @@ use crate::time::Scheme;
 /// Ratio of unexplained energy to the largest energy above which a run gets a warning.
 const WORTH_A_WORD: f64 = 0.02;
 
+/// Ratio of gained energy to the largest energy from which on a run with inertia warns while it computes.
+/// Twice and half the value warn later and earlier; results do not depend on it.
+const WORTH_A_STOP: f64 = 0.1;
+
 /// Uncertainty factor of the rounding estimate.
 const ROUNDINGS: f64 = 16.0;
 
@@ -85,6 +89,36 @@ impl Unexplained {
                 std::mem::swap(known, &mut left);
             }
         }
+    }
+
+    /// The warning while a run by `scheme` computes, if energy was gained: more than a tenth of the largest
+    /// energy `scales[1]` \[J\], and not already at the end of the step before, with its unexplained energy
+    /// `before` and largest energy `scales[0]`.
+    pub fn gain(
+        &self,
+        before: &Self,
+        scheme: Scheme,
+        may_conserve: bool,
+        scales: [f64; 2],
+        units: Units,
+    ) -> Option<String> {
+        let much = |unexplained: &Self, scale: f64| {
+            let certain = unexplained.largest.abs() > ROUNDINGS * unexplained.rounding;
+            certain && unexplained.largest < 0.0 && unexplained.excess > WORTH_A_STOP * scale
+        };
+        if scheme == Scheme::Static || !much(self, scales[1]) || much(before, scales[0]) {
+            return None;
+        }
+        let gained = -self.largest;
+        let (s, joule) = (units.of("s"), units.of("J"));
+        Some(format!(
+            "warning: until t = {:.4e} {s}, unexplained energy of {gained:.3e} {joule} was gained, {:.1} % of the \
+             largest energy so far\n\
+             hint: {}; `guard: {{ energy: {WORTH_A_STOP} }}` ends a run at such a gain",
+            self.at,
+            100.0 * gained / scales[1],
+            cure(scheme, true, may_conserve, true)
+        ))
     }
 
     /// The warning at the end of a run by `scheme`, with or without contact, whose largest energy
@@ -225,6 +259,26 @@ mod tests {
         assert_eq!(run(4.0), None);
         let text = run(9.0).expect("a warning");
         assert!(text.contains("29.0 %") && text.contains(": step 2 (") && !text.contains("step 1"), "{text}");
+    }
+
+    /// A gain is reported in the step in which it passes a tenth of the largest energy, and not again. Losses are not
+    /// reported, nor is anything in statics.
+    #[test]
+    fn a_gain_is_reported_once() {
+        let history = |numericals: &[f64], scheme: Scheme| -> Vec<usize> {
+            let mut now = Unexplained::default();
+            let reported = |(step, &numerical): (usize, &f64)| {
+                let before = now;
+                let energies = Energies { numerical, ..Energies::default() };
+                now.record(step as u64 + 1, 0.1, 0.1, &energies, KnownError::default());
+                now.gain(&before, scheme, true, [100.0, 100.0], Units::default()).map(|_| step)
+            };
+            numericals.iter().enumerate().filter_map(reported).collect()
+        };
+        let scheme = Scheme::Conserving;
+        assert_eq!(history(&[-4.0, -9.9, -10.1, -12.0, -3.0, -20.0], scheme), [2]);
+        assert!(history(&[9.0, 11.0, 50.0], scheme).is_empty());
+        assert!(history(&[-9.0, -11.0, -50.0], Scheme::Static).is_empty());
     }
 
     /// Below 2 % there is no warning, nor for a run without any energy.

@@ -49,7 +49,7 @@ impl<const D: usize> Journal<D> {
     }
 
     fn record_held(&mut self, held: &HeldMotions, note: String, free: &[String]) {
-        let HeldMotions { motions, force, by } = held.clone();
+        let HeldMotions { motions, force, by, .. } = held.clone();
         let resultant = |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit };
         let step = if self.now.starting { 0 } else { self.step };
         let free = free.to_vec();

@@ -271,7 +271,8 @@ fn march<const D: usize>(
                 }
                 journal.record(system, stage, ledger, &energies, &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
-                guard.record(system, stage, journal.step(), ledger)?;
+                let gain = guard.record(system, stage, journal.step(), scheme, ledger)?;
+                gain.iter().for_each(|text| journal.warn(text));
                 guard.motion.accept(&slides, journal.step(), stage.dt);
                 journal.at_the_end(guard.warnings(scheme, !case.contact.is_empty(), case.units));
                 guard.energy(ledger, stage.trial.time, case.units).inspect_err(|_| {

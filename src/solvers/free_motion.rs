@@ -56,6 +56,8 @@ pub struct FreeMotions {
     /// All rigid motions that the supports allow.
     rigid: Vec<RigidMotion>,
     held: Vec<Motion>,
+    /// Body and direction of each held motion.
+    words: Vec<String>,
     /// Number of motions that contact does not resist, whether held or driven.
     pub free: usize,
     /// The motion that loads drive.
@@ -97,7 +99,9 @@ impl FreeMotions {
             idle = &free * complement(&(along / size));
         }
         let held = weighed(system, &fields, &idle)?;
-        Ok(Self { units: system.units(), rigid, held, free: free.ncols(), driven })
+        let words = |way: DVector<f64>| describe(&rigid, &way, &loads, system.units()).words;
+        let words = idle.column_iter().map(|way| words(way.into_owned())).collect();
+        Ok(Self { units: system.units(), rigid, held, words, free: free.ncols(), driven })
     }
 
     /// Number of motions that are held.
@@ -163,7 +167,7 @@ impl FreeMotions {
         let force = if force == 0.0 { 0.0 } else { force / scale };
         let motions = fields.len() as u32;
         if force == 0.0 || !carries {
-            return Ok(HeldMotions { motions, force, by: None });
+            return Ok(HeldMotions { motions, words: self.words.clone(), force, by: None });
         }
         let mut holding = r.like()?;
         self.held.iter().zip(&parts).try_for_each(|(motion, part)| holding.axpy(*part, &motion.weight))?;
@@ -171,7 +175,8 @@ impl FreeMotions {
         // The driving force is opposite to the holding force.
         let drive = -DVector::from_vec(products(&rigid, &[&holding]));
         let way = &drive / drive.norm();
-        Ok(HeldMotions { motions, force, by: Some(describe(&self.rigid, &way, &drive, self.units)) })
+        let by = Some(describe(&self.rigid, &way, &drive, self.units));
+        Ok(HeldMotions { motions, words: self.words.clone(), force, by })
     }
 }
 

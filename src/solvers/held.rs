@@ -29,6 +29,8 @@ impl Driven {
 pub struct HeldMotions {
     /// Number of motions.
     pub motions: u32,
+    /// Body and direction of each.
+    pub words: Vec<String>,
     /// Largest force along one of the motions, relative to the largest force. If `by` is `None`, it
     /// is the force that holding would have required.
     pub force: f64,
@@ -39,7 +41,7 @@ pub struct HeldMotions {
 impl HeldMotions {
     /// Describes the held motions for the user.
     pub fn note(&self) -> String {
-        let Self { motions, force, by } = self;
+        let Self { motions, words, force, by } = self;
         let (s, were) = if *motions == 1 { ("", "was") } else { ("s", "were") };
         let part = format!("{force:.1e} of the largest force");
         match by {
@@ -49,9 +51,11 @@ impl HeldMotions {
                     .to_owned()
             }
             None => {
+                let along = if *motions == 1 { "it" } else { "one of them" };
                 format!(
-                    "{motions} free motion{s} {were} restrained, and no force was needed: {part} acted \
-                     along it"
+                    "{motions} free motion{s} {were} restrained ({}), and no force was needed: {part} acted \
+                     along {along}",
+                    words.join(", ")
                 )
             }
             Some(Driven { words, force, unit, .. }) => format!(
@@ -133,12 +137,14 @@ mod tests {
     /// The message states that no force was needed exactly when no force was needed.
     #[test]
     fn a_force_that_holds_is_told() {
-        let held = |motions, force, by| HeldMotions { motions, force, by }.note();
+        let held = |motions, force, by| {
+            let words = vec!["the motion of 'ring' along x".to_owned(); motions as usize];
+            HeldMotions { motions, words, force, by }.note()
+        };
         assert!(held(0, 0.0, None).ends_with("no force was needed"));
-        assert!(
-            held(1, 2e-13, None)
-                .starts_with("1 free motion was restrained, and no force was needed: 2.0e-13")
-        );
+        assert!(held(1, 2e-13, None).starts_with(
+            "1 free motion was restrained (the motion of 'ring' along x), and no force was needed: 2.0e-13"
+        ));
         let by =
             Driven { words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N".to_owned() };
         let told = held(2, 1e-6, Some(by));
