@@ -335,6 +335,45 @@ fn few_load_steps_are_no_energy_without_a_cause() {
     }
 }
 
+/// A wall between a floor and a roof, both of which it may touch, with `layers` of elements through
+/// the thickness.
+fn wall(layers: u32) -> String {
+    format!(
+        "dimension: 2\nbodies:\n  wall:\n    mesh: {{ box: {{ min: [0, 0], max: [1, 0.1], cells: [10, {layers}] }} }}\n    \
+         material: {{ neo_hookean: {{ young_modulus: 5.0e6, poisson_ratio: 0.3 }} }}\n    density: 1000\n    \
+         mass: redistributed\n    initial_velocity: [0, -1]\n\
+         obstacles:\n  floor: {{ plane: {{ point: [0, -0.01], normal: [0, 1] }} }}\n  \
+         roof: {{ plane: {{ point: [0, 0.11], normal: [0, -1] }} }}\n\
+         contact:\n  below: {{ contactor: wall.bottom, target: floor }}\n  \
+         above: {{ contactor: wall.top, target: roof }}\n\
+         time: {{ end: 0.02, step: 0.005, scheme: conserving }}\n"
+    )
+}
+
+/// A body most of whose nodes are massless is reported by `check` and by the run, with the same
+/// numbers on any number of ranks. With one more layer of elements half of the nodes are massless,
+/// and there is no warning.
+#[test]
+fn mostly_massless_bodies_are_reported_on_1_and_3_ranks() {
+    let folder = Folder::new("massless");
+    let warning = "22 of the 33 nodes of 'wall' (67 %) are massless";
+    for ranks in [1, 3] {
+        folder.write("case.yml", &wall(2));
+        let told = run(ranks, &["check", "case.yml"], &folder).success().stdout;
+        assert_says(&told, &[warning, "`mass: consistent`", "more elements through the thickness"]);
+        let output = run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder).success();
+        assert_says(&output.stderr, &["warning: mass: redistributed", warning, "`mass: consistent`"]);
+        let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
+        assert!(record.contains(warning), "{record}");
+
+        folder.write("case.yml", &wall(3));
+        let told = run(ranks, &["check", "case.yml"], &folder).success().stdout;
+        assert!(told.contains("mass: redistributed") && !told.contains("are massless: steps"), "{told}");
+        let output = run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder).success();
+        assert!(!output.stderr.contains("massless"), "{}", output.stderr);
+    }
+}
+
 /// A remark on restarts that agree to rounding only is printed if checkpoints are kept on several
 /// ranks and MUMPS factorises.
 #[test]

@@ -16,7 +16,7 @@ use super::mass::{MassMatrix, Masses, Supported};
 use super::patches::{SolidPatches, patches, pressures};
 use super::pattern::pattern_of_elements;
 use super::pieces::Pieces;
-use super::redistribution::Redistribution;
+use super::redistribution::{NodeCounts, Redistribution};
 use super::solid::{SolidElements, solids};
 use super::supports::Supports;
 use super::ties::Ties;
@@ -494,6 +494,13 @@ impl<const D: usize> Bodies<D> {
             bodies.iter().map(|&body| self.names[body].name().to_owned()).collect()
         };
         self.redistribution.as_ref().map_or_else(Default::default, |mass| mass.bodies().each_ref().map(names))
+    }
+
+    /// The bodies most of whose nodes have no mass, with the numbers of their nodes.
+    pub fn mostly_massless(&self) -> Vec<(&str, NodeCounts)> {
+        let counts = self.redistribution.iter().flat_map(Redistribution::counts);
+        let most = counts.filter(|(_, counts)| counts.are_mostly_massless());
+        most.map(|(&body, &counts)| (self.names[body].name(), counts)).collect()
     }
 
     /// Gives the nodes without mass the mean velocity of the step and zero acceleration.

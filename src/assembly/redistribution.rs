@@ -14,7 +14,7 @@
 //! (for a body of one layer, for example), one of first degree keeps mass and centre. `f` differs
 //! from 1 by the square of the ratio of element size to body size.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
@@ -45,6 +45,26 @@ pub struct Redistribution {
     massless: Vec<bool>,
     /// For each local node, the factor on its mass.
     factor: Vec<f64>,
+    /// Nodes of each body whose mass is redistributed, over all ranks.
+    counts: BTreeMap<usize, NodeCounts>,
+}
+
+/// Numbers of nodes of a body, over all ranks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NodeCounts {
+    /// Nodes without mass.
+    pub massless: u64,
+    /// All nodes.
+    pub all: u64,
+}
+
+impl NodeCounts {
+    /// Whether more nodes follow their neighbours without inertia than have mass. Of a wall between
+    /// two contact surfaces, this is the case with two elements of first order through the
+    /// thickness, and not with three.
+    pub fn are_mostly_massless(&self) -> bool {
+        2 * self.massless > self.all
+    }
 }
 
 /// Coordinate frame of a body. Monomials are of `(X - centre) / size`.
@@ -83,10 +103,14 @@ impl Redistribution {
         marks.update_ghosts()?;
         let massless = marks.local().chunks_exact(D).map(|mark| mark[0] > 0.0).collect::<Vec<_>>();
         let factor = vec![1.0; massless.len()];
-        let mut all = Self { bodies: [wanting.clone(), BTreeSet::new()], massless, factor };
+        let counts = BTreeMap::new();
+        let mut all = Self { bodies: [wanting.clone(), BTreeSet::new()], massless, factor, counts };
         for body in wanting {
             let model = &model.bodies[body];
-            if all.balance(session, local, body, solids) {
+            let nodes = nodes_of(local, body);
+            if all.balance(session, local, body, &nodes, solids) {
+                let counts = all.count(session.world(), local, &nodes);
+                all.counts.insert(body, counts);
                 continue;
             }
             if model.mass == MassChoice::Redistributed {
@@ -112,6 +136,27 @@ impl Redistribution {
     /// required.
     pub fn bodies(&self) -> &[BTreeSet<usize>; 2] {
         &self.bodies
+    }
+
+    /// Numbers of nodes of the bodies whose mass is redistributed.
+    pub fn counts(&self) -> &BTreeMap<usize, NodeCounts> {
+        &self.counts
+    }
+
+    /// Counts the `nodes` of a body on all ranks. Collective.
+    fn count<const D: usize>(
+        &self,
+        world: &impl CommunicatorCollectives,
+        local: &LocalMesh<D>,
+        nodes: &[u32],
+    ) -> NodeCounts {
+        // The owner of a node has all elements around it.
+        let owned = || nodes.iter().filter(|&&node| local.index.owns(node));
+        let massless = owned().filter(|&&node| self.massless[node as usize]).count();
+        let own = [massless as u64, owned().count() as u64];
+        let mut total = [0; 2];
+        world.reduce_all(&own[..], &mut total[..], SystemOperation::sum());
+        NodeCounts { massless: total[0], all: total[1] }
     }
 
     /// Moves the consistent mass `mass[a * n + b]` of the element with these nodes to its other
@@ -142,21 +187,16 @@ impl Redistribution {
         out.iter_mut().for_each(|m| *m *= scale);
     }
 
-    /// Finds the factor of a body. Returns whether there is one. Collective.
+    /// Finds the factor of a body with these local nodes. Returns whether there is one. Collective.
     fn balance<const D: usize>(
         &mut self,
         session: &Rc<Session>,
         local: &LocalMesh<D>,
         body: usize,
+        nodes: &[u32],
         solids: &[SolidElements<D>],
     ) -> bool {
-        let mut nodes: Vec<u32> = (0..local.mesh.element_count())
-            .filter(|&element| usize::from(local.mesh.body[element]) == body)
-            .flat_map(|element| local.mesh.element_nodes(element).iter().copied())
-            .collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        let frame = Frame::around(session.world(), local, &nodes);
+        let frame = Frame::around(session.world(), local, nodes);
         let all = frame.monomials(&[0.0; D]).len();
         let [matrix, right] = self.moments(session.world(), local, body, &frame, solids);
         let matrix = DMatrix::from_row_slice(all, all, &matrix);
@@ -230,6 +270,17 @@ fn refusal(name: &str) -> Error {
          with massless contact nodes"
     ))
     .hint("refine the mesh (several layers of elements must lie behind the surface), or use mass: consistent")
+}
+
+/// The local nodes of a body, in ascending order.
+fn nodes_of<const D: usize>(local: &LocalMesh<D>, body: usize) -> Vec<u32> {
+    let mut nodes: Vec<u32> = (0..local.mesh.element_count())
+        .filter(|&element| usize::from(local.mesh.body[element]) == body)
+        .flat_map(|element| local.mesh.element_nodes(element).iter().copied())
+        .collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
 }
 
 /// The owned nodes of bodies in `wanting` that are on a surface of a contact.

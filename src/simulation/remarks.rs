@@ -182,6 +182,16 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
             short.join(", ")
         ));
     }
+    remarks.extend(system.bodies().mostly_massless().into_iter().map(|(name, counts)| {
+        format!(
+            "mass: redistributed: {} of the {} nodes of '{name}' ({:.0} %) are massless: steps may not \
+             converge; write `mass: consistent` for this body, or mesh it with more elements through the \
+             thickness",
+            counts.massless,
+            counts.all,
+            100.0 * counts.massless as f64 / counts.all as f64
+        )
+    }));
     let extent = system.extent();
     let m = system.units().of("m");
     let far = system.overclosures().iter().filter(|found| is_near(found) && found.smallest_gap > extent);
