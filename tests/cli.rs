@@ -411,3 +411,45 @@ fn no_convergence_ends_with_the_figures_on_1_3_20_ranks() {
     assert!(places[0].contains("m of 'block', on a surface of contact 'sole'"), "{}", places[0]);
     assert!(places.iter().all(|place| *place == places[0]), "{places:?}");
 }
+
+/// A block with a slanted side passes in one step through a disc, over a disc that is smaller than the
+/// distance of its points, and over a pin of another body that is narrower than its facets. The error
+/// names the contact, the position and the body.
+#[test]
+fn missed_contact_names_its_place_on_1_3_20_ranks() {
+    let folder = Folder::new("missed");
+    let disc = |centre: &str, radius: &str| {
+        format!("obstacles:\n  it: {{ sphere: {{ center: {centre}, radius: {radius} }} }}\n")
+    };
+    let pin = "  it:\n    mesh: { box: { min: [0.12, -0.4], max: [0.14, -0.05], cells: [2, 6] } }\n    \
+               material: { neo_hookean: { young_modulus: 1.0e8, poisson_ratio: 0.3 } }\n    density: 1000\n\
+               boundary: { foot: { on: it.bottom, displacement: { x: 0, y: 0 } } }\n";
+    let through =
+        "contact 'hit': missed contact: a surface would pass through the target within one step at ";
+    for (other, target, words, place) in [
+        (disc("[0.33, -0.25]", "0.2"), "it", through, "[0.178868, -0.0178868] m of 'block'"),
+        (
+            disc("[0.13, -0.15]", "1.0e-3"),
+            "it",
+            "of 1 facets (size about 1.005e-1 m), one of them at ",
+            "[0.15, -0.015] m of 'block'",
+        ),
+        (pin.to_owned(), "it.top", through, "[0.12, -0.05] m of 'it'"),
+    ] {
+        folder.write(
+            "case.yml",
+            &format!(
+                "dimension: 2\nbodies:\n  block:\n    mesh: {{ box: {{ min: [0, 0], max: [0.4, 0.4], cells: [4, 4], map: {{ y: \"y - 0.1 * x\" }} }} }}\n    \
+                 material: {{ neo_hookean: {{ young_modulus: 5.0e6, poisson_ratio: 0.3 }} }}\n    density: 1700\n    \
+                 initial_velocity: [0, -300]\n{other}contact:\n  \
+                 hit: {{ contactor: block.bottom, target: {target}, friction: none }}\n\
+                 time: {{ end: 0.2, step: 2.0e-3, cuts: 1, scheme: backward_euler }}\n"
+            ),
+        );
+        for ranks in [1, 3, 20] {
+            let output = run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder);
+            assert_eq!(output.code, Some(5), "{}{}", output.stdout, output.stderr);
+            assert_says(&output.stderr, &[&format!("{words}{place}")]);
+        }
+    }
+}

@@ -12,23 +12,27 @@ use crate::collective::Collective;
 use crate::contact::history::History;
 use crate::contact::obstacle::{Core, Shape};
 use crate::contact::passage::{Path, lies_between, normal_of};
-use crate::contact::surface::SurfaceFacet;
 use crate::dynamics::Stage;
 use crate::error::Result;
-use crate::mesh::{Bounds, BoundsTree};
+use crate::mesh::{Bounds, BoundsTree, spelled};
 use crate::tensor::Vector as Point;
-use moving::{Moving, StepEnds, around, nodes_of, parts, points_of};
+use moving::{BodyPoint, Moving, StepEnds, around, nodes_of, parts, points_of, reference_of};
 
 /// Factor on the expected motion above which surfaces did not pass through a target. The balance
 /// that was found is then a different one.
 const RUNAWAY: f64 = 20.0;
 
-/// Findings for each contact on this rank, to be summed over all ranks.
-struct Found {
-    /// Number of facets around small obstacles.
-    between: Vec<u64>,
-    /// Number of points that passed through the target.
-    through: Vec<u64>,
+/// Coordinates that differ by less than this fraction of the size of all bodies are equal. It is
+/// well above rounding, which depends on the partition. Half and twice the value choose the same
+/// point in the test.
+const EQUAL: f64 = 1e-9;
+
+/// Findings for each contact on this rank.
+struct Found<const D: usize> {
+    /// Centres of the facets around small obstacles.
+    between: Vec<Vec<BodyPoint<D>>>,
+    /// Points that passed through the target.
+    through: Vec<Vec<BodyPoint<D>>>,
 }
 
 /// Returns why the step of `stage` cannot be accepted although it balances, or `None`.
@@ -62,22 +66,50 @@ pub fn missed_contact<const D: usize>(
     let own = motions.clone();
     system.session().world().reduce_all(&own[..], &mut motions[..], SystemOperation::max());
     let found = find(system, ends, &motions)?;
-    let counts = found.between.iter().chain(&found.through).copied();
+    let counts = found.between.iter().chain(&found.through).map(|points| points.len() as u64);
     let own: Vec<u64> = counts.collect();
     let mut all = own.clone();
     system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
     let (between, through) = all.split_at(system.contacts().len());
-    if let Some((contact, facets)) = system.contacts().iter().zip(between).find(|(_, facets)| **facets > 0) {
-        return Ok(Some(tell_between(contact, *facets, &system.bodies().units().of("m"))));
+    let m = system.bodies().units().of("m");
+    if let Some(number) = between.iter().position(|facets| *facets > 0) {
+        let place = first_place(system, &found.between[number]);
+        return Ok(Some(tell_between(&system.contacts()[number], between[number], &place, &m)));
     }
-    let points = system.contacts().iter().zip(through).zip(motions.chunks_exact(3));
-    if let Some(((contact, _), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
+    if let Some(number) = through.iter().position(|points| *points > 0) {
+        let contact = &system.contacts()[number];
+        let motion = &motions[3 * number..][..2];
         let by_target = if contact.is_deformable() { 0.0 } else { motion[1] };
         let motion = motion[0] + motion[1];
         let expected = stage.inertia.then(|| by_target + expected_motion(system, stage));
-        return Ok(Some(tell_through(&contact.name, motion, expected, &system.bodies().units().of("m"))));
+        let place = first_place(system, &found.through[number]);
+        return Ok(Some(tell_through(&contact.name, motion, expected, &place, &m)));
     }
     Ok(None)
+}
+
+/// Names the position before the deformation and the body of the first of the `points` of all
+/// ranks, in the order of the coordinates, the same on all ranks. At least one rank has a point.
+/// Collective.
+fn first_place<const D: usize>(system: &ContactSystem<D>, points: &[BodyPoint<D>]) -> String {
+    let world = system.session().world();
+    let bodies = system.bodies();
+    let equal = (EQUAL * bodies.size()).max(bodies.known_length());
+    let mut points = points.to_vec();
+    let mut place = [0.0; D];
+    for k in 0..D {
+        let own = points.iter().map(|point| point.reference[k]).fold(f64::INFINITY, f64::min);
+        let mut least = 0.0;
+        world.reduce_all(&own, &mut least, SystemOperation::min());
+        points.retain(|point| point.reference[k] <= least + equal);
+        place[k] = if least.abs() < equal { 0.0 } else { least };
+    }
+    let own = points.iter().map(|point| point.body as u64).min().unwrap_or(u64::MAX);
+    let mut body = 0;
+    world.reduce_all(&own, &mut body, SystemOperation::min());
+    let m = bodies.units().of("m");
+    let of_body = bodies.body_names().nth(body as usize).map(|name| format!(" of '{name}'"));
+    format!("at {} {m}{}", spelled(&place), of_body.unwrap_or_default())
 }
 
 /// Largest motion \[m\] that speed and acceleration at the start predict for any node in the
@@ -98,28 +130,32 @@ fn expected_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> 
 ///
 /// For each contact, `motions` contains those of [`shifts`], and whether a point
 /// may touch the obstacle or is deep in a body. All values are maxima over all ranks.
-fn find<const D: usize>(system: &ContactSystem<D>, ends: StepEnds<'_>, motions: &[f64]) -> Result<Found> {
+fn find<const D: usize>(system: &ContactSystem<D>, ends: StepEnds<'_>, motions: &[f64]) -> Result<Found<D>> {
     let mut found = Found { between: Vec::new(), through: Vec::new() };
+    let bodies = &system.bodies().local().mesh.body;
     for (contact, motion) in system.contacts().iter().zip(motions.chunks_exact(3)) {
         let [motion, met] = [motion[0] + motion[1], motion[2]];
         let (between, through) = match contact.obstacle() {
             Some(obstacle) => {
-                let through = if motion > 0.0 { passing(contact, obstacle, ends) } else { 0 };
-                (between_points(contact, obstacle, ends, met > 0.0), through)
+                let through = match motion > 0.0 {
+                    true => passing(contact, obstacle, ends, bodies),
+                    false => Vec::new(),
+                };
+                (between_points(contact, obstacle, ends, bodies, met > 0.0), through)
             }
             None => {
                 // Points deeper than half the depth have less weight. A point that gets there
                 // in one long step may not be pushed back. A point that starts the step there
                 // may get deeper.
                 let depth = contact.pair.depth();
-                let mut through = 0;
+                let mut through = Vec::new();
                 if motion > contact.pair.stride() {
-                    through += swept(system, contact, ends, motion, 0.5 * depth)?;
+                    through.extend(swept(system, contact, ends, motion, 0.5 * depth)?);
                 }
                 if met > 0.0 {
-                    through += swept(system, contact, ends, motion, depth)?;
+                    through.extend(swept(system, contact, ends, motion, depth)?);
                 }
-                (0, through)
+                (Vec::new(), through)
             }
         };
         found.between.push(between);
@@ -128,7 +164,7 @@ fn find<const D: usize>(system: &ContactSystem<D>, ends: StepEnds<'_>, motions: 
     Ok(found)
 }
 
-/// Counts points of either surface that went deeper than `depth` behind the other one, while
+/// Points of either surface that went deeper than `depth` behind the other one, while
 /// the surfaces moved by `motion` \[m\]. Collective.
 fn swept<const D: usize>(
     system: &ContactSystem<D>,
@@ -136,13 +172,15 @@ fn swept<const D: usize>(
     ends: StepEnds<'_>,
     motion: f64,
     depth: f64,
-) -> Result<u64> {
+) -> Result<Vec<BodyPoint<D>>> {
     let surfaces = contact.pair.surfaces(system.bodies().local());
     let target = Moving::gathered(system.session(), &surfaces, ends, motion + depth)?;
     let contactor = Moving::local(system.bodies().local(), surfaces.contactor, ends);
     let spacing = EDGE * contact.pair.facet();
     let limits = [depth, 0.5 * contact.pair.depth()];
-    Ok(crossings(&contactor, &target, limits, spacing) + crossings(&target, &contactor, limits, spacing))
+    let mut found = crossings(&contactor, &target, limits, spacing);
+    found.extend(crossings(&target, &contactor, limits, spacing));
+    Ok(found)
 }
 
 /// Largest motions of own nodes of contactor and target in the step \[m\]. For a rigid target it is
@@ -187,10 +225,15 @@ fn carried<const D: usize>(contact: &LocalContact<D>, ends: StepEnds<'_>) -> f64
 /// edges that cross each other are detected by such a point.
 const EDGE: f64 = 0.25;
 
-/// Counts nodes of the facets `a`, and points on their edges, that passed through a facet of `b`
-/// and end more than `depth` \[m\] behind it. A point that went around an edge of `b` and ends at most
+/// Nodes of the facets `a`, and points on their edges, that passed through a facet of `b` and end
+/// more than `depth` \[m\] behind it. A point that went around an edge of `b` and ends at most
 /// `seen` \[m\] from the next facet, such as one ahead of a block that slides over it, did not.
-fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, [depth, seen]: [f64; 2], spacing: f64) -> u64 {
+fn crossings<const D: usize>(
+    a: &Moving<D>,
+    b: &Moving<D>,
+    [depth, seen]: [f64; 2],
+    spacing: f64,
+) -> Vec<BodyPoint<D>> {
     let simplices = b.simplices();
     let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
     let tree = BoundsTree::new(&boxes);
@@ -201,12 +244,14 @@ fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, [depth, seen]: [f64; 
             |crossed: &u32| near.iter().any(|other| path.goes_around(corners(crossed), corners(other), seen));
         near.iter().any(|simplex| path.crosses(corners(simplex), depth) && !around_edge(simplex))
     };
-    a.vertices(spacing).iter().filter(|vertex| crosses(&vertex.path)).count() as u64
+    let crossing = a.vertices(spacing).into_iter().filter(|vertex| crosses(&vertex.path));
+    crossing.map(|vertex| vertex.point).collect()
 }
 
 /// Explains why a step with points beyond their target is rejected. The surfaces move by `motion`
 /// \[m\] in the step. Speeds and accelerations at its start predict at most `expected`, if known.
-fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> String {
+/// `place` is that of one of the points.
+fn tell_through(contact: &str, motion: f64, expected: Option<f64>, place: &str, m: &str) -> String {
     match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
         Some(expected) => format!(
             "the computed equilibrium is implausible: the surfaces of contact '{contact}' would move by \
@@ -214,18 +259,19 @@ fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> S
              most {expected:.1e} {m}"
         ),
         None => format!(
-            "contact '{contact}': missed contact: a surface would pass through the target within one step; \
-             the surfaces move by {motion:.3e} {m}"
+            "contact '{contact}': missed contact: a surface would pass through the target within one step \
+             {place}; the surfaces move by {motion:.3e} {m}"
         ),
     }
 }
 
-fn tell_between<const D: usize>(contact: &LocalContact<D>, facets: u64, m: &str) -> String {
+/// Explains that an obstacle lies between the points of some `facets`, one of them at `place`.
+fn tell_between<const D: usize>(contact: &LocalContact<D>, facets: u64, place: &str, m: &str) -> String {
     let radius = contact.obstacle().and_then(Shape::core).map_or(0.0, |core| core.radius);
     format!(
         "contact '{}': the obstacle (radius {radius:.3e} {m}) lies between the contact points of {facets} \
-         facets (size about {:.3e} {m}), and none of the points touches it: use contactor facets smaller \
-         than the radius",
+         facets (size about {:.3e} {m}), one of them {place}, and none of the points touches it: use \
+         contactor facets smaller than the radius",
         contact.name, contact.facet_size
     )
 }
@@ -265,32 +311,42 @@ fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: 
     })
 }
 
-/// Counts points of this rank's facets that passed through an obstacle.
-fn passing<const D: usize>(contact: &LocalContact<D>, obstacle: &dyn Shape<D>, ends: StepEnds<'_>) -> u64 {
+/// Points of this rank's facets that passed through an obstacle. `bodies` has the body of each
+/// element.
+fn passing<const D: usize>(
+    contact: &LocalContact<D>,
+    obstacle: &dyn Shape<D>,
+    ends: StepEnds<'_>,
+    bodies: &[u16],
+) -> Vec<BodyPoint<D>> {
     let surface = contact.surface();
-    let of_facet = |facet: &SurfaceFacet| {
+    let mut found = Vec::new();
+    for facet in surface.facets() {
         let nodes = nodes_of(contact, facet, ends);
-        points_of(obstacle, facet.kind, contact.plane(), &nodes)
-            .filter(|path| path.passes_obstacle(obstacle))
-            .count() as u64
-    };
-    surface.facets().iter().map(of_facet).sum()
+        let paths = points_of(obstacle, facet.kind, contact.plane(), &nodes);
+        let places = reference_of(obstacle, facet.kind, contact.plane(), surface.reference_points(facet));
+        let body = usize::from(bodies[facet.facet.element as usize]);
+        let passes = paths.zip(places).filter(|(path, _)| path.passes_obstacle(obstacle));
+        found.extend(passes.map(|(_, reference)| BodyPoint { reference, body }));
+    }
+    found
 }
 
-/// Counts facets of this rank that contain a small round obstacle but have no point that touches
+/// Centres of the facets of this rank that contain a small round obstacle but have no point that touches
 /// it.
 ///
 /// If a point of the contact can touch the obstacle (`met`), the obstacle must be half of its
-/// radius deep. Otherwise a shallow depth is sufficient.
+/// radius deep. Otherwise a shallow depth is sufficient. `bodies` has the body of each element.
 fn between_points<const D: usize>(
     contact: &LocalContact<D>,
     obstacle: &dyn Shape<D>,
     ends: StepEnds<'_>,
+    bodies: &[u16],
     met: bool,
-) -> u64 {
-    let Some(Core { radius, .. }) = obstacle.core() else { return 0 };
+) -> Vec<BodyPoint<D>> {
+    let Some(Core { radius, .. }) = obstacle.core() else { return Vec::new() };
     let surface = contact.surface();
-    let mut count = 0;
+    let mut found = Vec::new();
     for facet in surface.facets() {
         let corners = nodes_of(contact, facet, ends);
         if points_of(obstacle, facet.kind, contact.plane(), &corners)
@@ -310,9 +366,13 @@ fn between_points<const D: usize>(
         parts(facet.kind, |part| {
             lies |= lies_between(&std::array::from_fn(|k| corners[part[k]]), obstacle, deep)
         });
-        count += u64::from(lies);
+        if lies {
+            let nodes = &surface.reference_points(facet)[..facet.kind.corners()];
+            let reference = nodes.iter().sum::<Point<D>>() / nodes.len() as f64;
+            found.push(BodyPoint { reference, body: usize::from(bodies[facet.facet.element as usize]) });
+        }
     }
-    count
+    found
 }
 
 #[cfg(test)]
@@ -323,19 +383,18 @@ mod tests {
     /// blown up, which is reported instead.
     #[test]
     fn a_balance_that_is_far_off_is_no_passage() {
-        let through = tell_through("hit", 1.5, Some(1.4), "m");
-        assert!(
-            through.contains("would pass through the target") && through.contains("1.500e0 m"),
-            "{through}"
-        );
-        let off = tell_through("hit", 1.03, Some(1e-3), "m");
+        let tell = |motion, expected| tell_through("hit", motion, expected, "at [1, 0] m of 'block'", "m");
+        let through = tell(1.5, Some(1.4));
+        let words = "would pass through the target within one step at [1, 0] m of 'block'";
+        assert!(through.contains(words) && through.contains("1.500e0 m"), "{through}");
+        let off = tell(1.03, Some(1e-3));
         assert!(
             off.contains("implausible") && off.contains("1.030e0 m") && off.contains("1.0e-3 m"),
             "{off}"
         );
         assert!(!off.contains("pass through"), "{off}");
         for unknown in [None, Some(0.0)] {
-            assert!(tell_through("hit", 1.03, unknown, "m").contains("pass through"));
+            assert!(tell(1.03, unknown).contains("pass through"));
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::assembly::LocalContact;
 use crate::assembly::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::mortar::obstacle::rule_of;
-use crate::contact::mortar::shape::FacetShape;
+use crate::contact::mortar::shape::{FacetShape, MOST_NODES};
 use crate::contact::obstacle::Shape;
 use crate::contact::passage::Path;
 use crate::contact::surface::SurfaceFacet;
@@ -29,19 +29,36 @@ impl StepEnds<'_> {
     }
 }
 
-/// Facets of a target with the paths of their nodes.
+/// A point of a body, which does not move with it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BodyPoint<const D: usize> {
+    /// Position before the deformation \[m\].
+    pub reference: Point<D>,
+    /// Index of the body.
+    pub body: usize,
+}
+
+/// A node of a facet with its path.
+#[derive(Clone, Copy)]
+struct MovingNode<const D: usize> {
+    point: BodyPoint<D>,
+    path: Path<D>,
+}
+
+/// Facets of a surface with the paths of their nodes.
 #[derive(Default)]
 pub(super) struct Moving<const D: usize> {
     kinds: Vec<ElementKind>,
     offsets: Vec<usize>,
     /// Numbers that identify shared nodes.
-    nodes: Vec<u32>,
-    paths: Vec<Path<D>>,
+    numbers: Vec<u32>,
+    nodes: Vec<MovingNode<D>>,
 }
 
-/// A node of a target, or a point on an edge between two nodes.
+/// A node of a surface, or a point on an edge between two nodes.
 pub(super) struct MovingVertex<const D: usize> {
     ends: [u32; 2],
+    pub point: BodyPoint<D>,
     pub path: Path<D>,
 }
 
@@ -49,11 +66,20 @@ pub(super) struct MovingVertex<const D: usize> {
 const MOST_PIECES: f64 = 100.0;
 
 impl<const D: usize> Moving<D> {
-    fn push(&mut self, kind: ElementKind, nodes: &[u32], path: impl Fn(usize) -> Path<D>) {
+    fn push(
+        &mut self,
+        kind: ElementKind,
+        body: u16,
+        numbers: &[u32],
+        node: impl Fn(u32) -> (Point<D>, Path<D>),
+    ) {
         self.kinds.push(kind);
-        self.offsets.push(self.nodes.len());
-        self.nodes.extend_from_slice(nodes);
-        self.paths.extend((0..nodes.len()).map(path));
+        self.offsets.push(self.numbers.len());
+        self.numbers.extend_from_slice(numbers);
+        self.nodes.extend(numbers.iter().map(|&number| {
+            let (reference, path) = node(number);
+            MovingNode { point: BodyPoint { reference, body: usize::from(body) }, path }
+        }));
     }
 
     /// Collects facets of this rank's part of the mesh.
@@ -61,8 +87,11 @@ impl<const D: usize> Moving<D> {
         let (mut moving, mut nodes) = (Self::default(), Vec::new());
         for &facet in facets {
             local.mesh.facet_nodes(facet, &mut nodes);
-            let path = |k: usize| ends.path(&local.mesh.points[nodes[k] as usize].into(), nodes[k]);
-            moving.push(local.mesh.facet_kind(facet), &nodes, path);
+            let body = local.mesh.body[facet.element as usize];
+            moving.push(local.mesh.facet_kind(facet), body, &nodes, |node| {
+                let reference = local.mesh.points[node as usize].into();
+                (reference, ends.path(&reference, node))
+            });
         }
         moving
     }
@@ -91,31 +120,36 @@ impl<const D: usize> Moving<D> {
             fields.map(|(owned, wanted)| ExchangedField { width: D, owned, wanted: &mut wanted[..] });
         bring.forward_many(world, &mut fields);
         let beyond = StepEnds { start: &start, end: &end };
-        let path = |node: u32| match (node as usize).checked_sub(local.index.local_count()) {
-            None => ends.path(&local.mesh.points[node as usize].into(), node),
-            Some(at) => beyond.path(&foreign.points[at].into(), at as u32),
+        let node = |number: u32| match (number as usize).checked_sub(local.index.local_count()) {
+            None => {
+                let reference = local.mesh.points[number as usize].into();
+                (reference, ends.path(&reference, number))
+            }
+            Some(at) => {
+                let reference = foreign.points[at].into();
+                (reference, beyond.path(&reference, at as u32))
+            }
         };
         let mut moving = Self::default();
         for facet in 0..facets.count() {
-            let nodes = facets.nodes_of(facet);
-            moving.push(facets.kinds[facet], nodes, |k| path(nodes[k]));
+            moving.push(facets.kinds[facet], facets.bodies[facet], facets.nodes_of(facet), node);
         }
         Ok(moving)
     }
 
-    /// Nodes of a facet with their paths.
-    fn facet(&self, facet: usize) -> (&[u32], &[Path<D>]) {
+    /// Numbers of the nodes of a facet, and the nodes.
+    fn facet(&self, facet: usize) -> (&[u32], &[MovingNode<D>]) {
         let end = self.offsets.get(facet + 1).copied().unwrap_or(self.nodes.len());
         let range = self.offsets[facet]..end;
-        (&self.nodes[range.clone()], &self.paths[range])
+        (&self.numbers[range.clone()], &self.nodes[range])
     }
 
     /// Returns the facets as lines or triangles between their corners.
     pub fn simplices(&self) -> Vec<[Path<D>; D]> {
         let mut simplices = Vec::with_capacity(self.kinds.len());
         for (facet, &kind) in self.kinds.iter().enumerate() {
-            let (_, paths) = self.facet(facet);
-            parts(kind, |part| simplices.push(std::array::from_fn(|k| paths[part[k]])));
+            let (_, nodes) = self.facet(facet);
+            parts(kind, |part| simplices.push(std::array::from_fn(|k| nodes[part[k]].path)));
         }
         simplices
     }
@@ -123,41 +157,45 @@ impl<const D: usize> Moving<D> {
     /// Returns each node once. In 3D, it also returns points on each edge, at most `spacing` \[m\]
     /// apart.
     pub fn vertices(&self, spacing: f64) -> Vec<MovingVertex<D>> {
-        let nodes = self.nodes.iter().zip(&self.paths);
-        let mut vertices: Vec<MovingVertex<D>> =
-            nodes.map(|(&node, &path)| MovingVertex { ends: [node; 2], path }).collect();
+        let nodes = self.numbers.iter().zip(&self.nodes);
+        let mut vertices: Vec<MovingVertex<D>> = nodes
+            .map(|(&number, &MovingNode { point, path })| MovingVertex { ends: [number; 2], point, path })
+            .collect();
         vertices.sort_by_key(|vertex| vertex.ends);
         vertices.dedup_by_key(|vertex| vertex.ends);
         if D == 2 {
             return vertices;
         }
-        let mut edges: Vec<[(u32, Path<D>); 2]> = Vec::new();
+        let mut edges: Vec<[(u32, MovingNode<D>); 2]> = Vec::new();
         for (facet, kind) in self.kinds.iter().enumerate() {
-            let (nodes, paths) = self.facet(facet);
-            let node = |k: usize| (nodes[k], paths[k]);
+            let (numbers, nodes) = self.facet(facet);
+            let node = |k: usize| (numbers[k], nodes[k]);
             let corners = kind.corners();
             for edge in 0..corners {
                 let [first, last] = [node(edge), node((edge + 1) % corners)];
                 // The nodes within edges follow the corners.
-                match nodes.len() >= 2 * corners {
+                match numbers.len() >= 2 * corners {
                     true => edges.extend([[first, node(corners + edge)], [node(corners + edge), last]]),
                     false => edges.push([first, last]),
                 }
             }
         }
-        edges.iter_mut().for_each(|edge| edge.sort_by_key(|(node, _)| *node));
+        edges.iter_mut().for_each(|edge| edge.sort_by_key(|(number, _)| *number));
         edges.sort_by_key(|[(a, _), (b, _)]| [*a, *b]);
         edges.dedup_by_key(|[(a, _), (b, _)]| [*a, *b]);
         for [(first, a), (last, b)] in edges {
             // Lengths are often exact multiples of each other by design. Rounding must not add a
             // piece then.
-            let ratio = (a.end - b.end).norm() / spacing * (1.0 - 1e-9);
+            let ratio = (a.path.end - b.path.end).norm() / spacing * (1.0 - 1e-9);
             let pieces = ratio.ceil().clamp(1.0, MOST_PIECES) as u32;
             vertices.extend((1..pieces).map(|piece| {
                 let part = f64::from(piece) / f64::from(pieces);
                 let between = |from: Point<D>, to: Point<D>| from + (to - from) * part;
-                let path = Path { start: between(a.start, b.start), end: between(a.end, b.end) };
-                MovingVertex { ends: [first, last], path }
+                let path =
+                    Path { start: between(a.path.start, b.path.start), end: between(a.path.end, b.path.end) };
+                let reference = between(a.point.reference, b.point.reference);
+                let point = BodyPoint { reference, body: a.point.body };
+                MovingVertex { ends: [first, last], point, path }
             }));
         }
         vertices
@@ -182,12 +220,32 @@ pub(super) fn points_of<const D: usize>(
     plane: PlaneState,
     nodes: &[Path<D>],
 ) -> impl Iterator<Item = Path<D>> {
-    rule_of(obstacle, kind, plane).points.iter().map(move |&[first, second, _]| {
-        let shape = FacetShape::at(kind, [first, second]).value;
+    shapes_of(obstacle, kind, plane).map(move |shape| {
         let between =
             |at: fn(&Path<D>) -> Point<D>| nodes.iter().zip(shape).map(|(node, n)| at(node) * n).sum();
         Path { start: between(|node| node.start), end: between(|node| node.end) }
     })
+}
+
+/// Reference positions of the points of a contactor facet over an obstacle, in the order of
+/// [`points_of`], given those of its nodes \[m\].
+pub(super) fn reference_of<const D: usize>(
+    obstacle: &dyn Shape<D>,
+    kind: ElementKind,
+    plane: PlaneState,
+    nodes: &[Point<D>],
+) -> impl Iterator<Item = Point<D>> {
+    shapes_of(obstacle, kind, plane).map(move |shape| nodes.iter().zip(shape).map(|(node, n)| node * n).sum())
+}
+
+/// Values of the shape functions at the points of a contactor facet over an obstacle.
+fn shapes_of<const D: usize>(
+    obstacle: &dyn Shape<D>,
+    kind: ElementKind,
+    plane: PlaneState,
+) -> impl Iterator<Item = [f64; MOST_NODES]> {
+    let points = rule_of(obstacle, kind, plane).points.iter();
+    points.map(move |&[first, second, _]| FacetShape::at(kind, [first, second]).value)
 }
 
 /// Corners of the lines or triangles that fill the corners of a facet.
