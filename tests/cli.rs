@@ -453,3 +453,33 @@ fn missed_contact_names_its_place_on_1_3_20_ranks() {
         }
     }
 }
+
+/// A static start that finds no equilibrium names the node with the largest unbalanced force, its body
+/// and its contacts. So does a step of the staggered strategy whose stages do not agree.
+#[test]
+fn starts_and_sweeps_without_balance_name_a_node_on_1_3_20_ranks() {
+    let folder = Folder::new("start-and-sweeps");
+    let time = "time: { end: 0.002, step: 5.0e-4 }";
+    let newton = format!("{time}\nsolver: {{ newton: {{ max_iterations: 1, tolerance: 1.0e-12 }} }}");
+    let start = SMALL_BLOCK.replace("y: -0.01", "y: -0.1").replace("increments: 2", "increments: 1");
+    let start = start.replace(time, &newton);
+    let sweeps = "time: { end: 0.002, step: 5.0e-4, cuts: 1 }\n\
+                  solver: { strategy: { staggered: { tolerance: 1.0e-8, max_sweeps: 1 } } }";
+    let sweeps = SMALL_BLOCK.replace(time, sweeps);
+    for (text, words) in [
+        (start, "static start at 100 % of the loads: residual "),
+        (sweeps, "t = 0.000000e0 s, step cut to 2.500e-4 s: the staggered scheme reached its sweep limit"),
+    ] {
+        folder.write("case.yml", &text);
+        let places = [1, 3, 20].map(|ranks| {
+            let output = run(ranks, &["case.yml", "-o", "out", "--anew"], &folder);
+            assert_eq!(output.code, Some(5), "{}{}", output.stdout, output.stderr);
+            let error = output.stderr.lines().find(|line| line.contains("contact-petsc: error: "));
+            let error = error.unwrap_or_else(|| panic!("no error: {}", output.stderr));
+            assert_says(error, &[&format!("error: {words}"), "; the largest unbalanced force, "]);
+            error.split_once(" N, is at ").expect("a place").1.to_owned()
+        });
+        assert!(places[0].contains(" m of 'block', on a surface of contact 'sole'"), "{}", places[0]);
+        assert!(places.iter().all(|place| *place == places[0]), "{places:?}");
+    }
+}

@@ -1,5 +1,5 @@
-//! The place where forces are farthest from balance, for the message of a step that did not
-//! converge.
+//! The place where forces are farthest from balance, for the message of a step or a static start that
+//! did not converge.
 
 use mpi::collective::SystemOperation;
 

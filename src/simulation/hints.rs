@@ -8,6 +8,7 @@ use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
 use crate::dynamics::{Equations, FloatingBodies, MovingPart, RigidMotion, Stage};
 use crate::error::{Cause, Error, Result};
+use crate::observe::unbalanced_place;
 use crate::schemes::{Newmark, Scheme};
 use crate::solvers::{Driven, SolveReport, Trouble, describe};
 
@@ -45,6 +46,28 @@ pub(super) fn with_hint<const D: usize>(
         return Ok(error.hint(&lifted));
     }
     Ok(with_hint_on_supports(error, report, system, case))
+}
+
+/// Adds the node with the largest unbalanced force to the `reason` why a solve failed, which is at the
+/// trial state of `stage`. A motion along which a force acts, or that is held, has no such node.
+/// Collective.
+///
+/// # Errors
+/// PETSc reports an error.
+pub(super) fn with_place<const D: usize>(
+    reason: String,
+    report: &SolveReport,
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
+) -> Result<String> {
+    let is_held = report.held.motions > 0 || system.continuation().free_resistance > 0.0;
+    if report.driven || is_held {
+        return Ok(reason);
+    }
+    Ok(match unbalanced_place(system, stage)? {
+        Some(place) => format!("{reason}; {place}"),
+        None => reason,
+    })
 }
 
 /// Describes a body that the loads of the step lift off the contacts that held it, with a hint.

@@ -40,7 +40,6 @@ use crate::error::{Cause, Error, Result, agree};
 use crate::guard::{RunGuard, missed_contact, slides};
 use crate::model::{ContactModel, Model, Target, read_meshes};
 use crate::observe::energy::EnergyLedger;
-use crate::observe::unbalanced_place;
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy, Trouble, first_guess};
@@ -289,16 +288,15 @@ fn march<const D: usize>(
                 ledger.restore(saved);
                 journal.failed(&report, &reason, control);
                 if control.fail() == Retry::GiveUp {
-                    // Stages of the staggered strategy balance a part of the forces, and a motion
-                    // along which a force acts has no place.
-                    let is_free = report.driven || report.held.motions > 0;
-                    let place = match report.trouble {
-                        Trouble::Balance if !is_free && options::staggered(case).is_none() => {
-                            unbalanced_place(system, stage)?
+                    let reason = match report.trouble {
+                        // A stage holds tractions fixed: what it does not balance is not the force on
+                        // a node.
+                        Trouble::Balance if options::staggered(case).is_some() => reason,
+                        Trouble::Balance | Trouble::Sweeps => {
+                            hints::with_place(reason, &report, system, stage)?
                         }
-                        _ => None,
+                        _ => reason,
                     };
-                    let reason = std::iter::once(reason).chain(place).collect::<Vec<_>>().join("; ");
                     // If rounding dominates the prescribed motion, this is why the step does not
                     // converge.
                     let prescribed = farthest_motion(system, stage, Motions::Prescribed);

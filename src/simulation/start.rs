@@ -173,6 +173,10 @@ fn press<const D: usize>(
             }
             Outcome::Failed(..) if level.cut() => {}
             Outcome::Failed(report, reason) => {
+                let reason = match report.trouble {
+                    Trouble::Balance => hints::with_place(reason, &report, system, stage)?,
+                    _ => reason,
+                };
                 let cause = match hints::hinge(system, stage)? {
                     None if report.trouble == Trouble::Balance => hints::lifted(system, stage)?,
                     hinge => hinge,
