@@ -1,14 +1,17 @@
 //! A tree of boxes, which finds those that intersect a given box without testing all of them.
 
 use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
+use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 
 use super::Bounds;
+
+/// A box with its number.
+type Leaf<const D: usize> = GeomWithData<Rectangle<[f64; D]>, u32>;
 
 /// Boxes, numbered in the order given.
 #[derive(Debug, Clone)]
 pub struct BoundsTree<const D: usize> {
-    tree: RTree<GeomWithData<Rectangle<[f64; D]>, u32>>,
+    tree: RTree<Leaf<D>>,
 }
 
 impl<const D: usize> BoundsTree<D> {
@@ -30,14 +33,35 @@ impl<const D: usize> BoundsTree<D> {
             .flat_map(|asked| self.tree.locate_in_envelope_intersecting(asked))
             .map(|leaf| leaf.data)
     }
+
+    /// Numbers of the boxes that `admits` accepts, in arbitrary order.
+    ///
+    /// If `admits` accepts a box, it must accept every larger box that contains it. Then only the
+    /// parts of the tree that may have such boxes are visited.
+    pub fn admitted(&self, admits: impl Fn(&Bounds<D>) -> bool) -> impl Iterator<Item = u32> {
+        self.tree.locate_with_selection_function(Selection(admits)).map(|leaf| leaf.data)
+    }
+}
+
+/// The boxes, of facets and of parts of the tree, that a function accepts.
+struct Selection<F>(F);
+
+impl<const D: usize, F: Fn(&Bounds<D>) -> bool> SelectionFunction<Leaf<D>> for Selection<F> {
+    fn should_unpack_parent(&self, envelope: &AABB<[f64; D]>) -> bool {
+        (self.0)(&Bounds { low: envelope.lower(), high: envelope.upper() })
+    }
+
+    fn should_unpack_leaf(&self, leaf: &Leaf<D>) -> bool {
+        self.should_unpack_parent(&leaf.envelope())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The tree finds the same boxes as a test of every box. Empty boxes are never found and find
-    /// nothing.
+    /// The tree finds the same boxes as a test of every box, whether it is given a box or a
+    /// function. Empty boxes are never found and find nothing.
     #[test]
     fn tree_finds_what_meets() {
         let mut seed = 7_u64;
@@ -57,7 +81,10 @@ mod tests {
             let mut found: Vec<u32> = tree.meeting(asked).collect();
             found.sort_unstable();
             let expected = (0..200).filter(|&k| boxes[k as usize].meets(asked));
-            assert!(found.into_iter().eq(expected));
+            assert!(found.into_iter().eq(expected.clone()));
+            let mut admitted: Vec<u32> = tree.admitted(|one| one.meets(asked)).collect();
+            admitted.sort_unstable();
+            assert!(admitted.into_iter().eq(expected));
         }
     }
 }

@@ -101,18 +101,30 @@ pub fn blocks_of<'a>(
     couplings: impl Iterator<Item = &'a Couplings>,
     numbering: &Numbering,
 ) -> (Vec<(u32, i32)>, ForeignRows) {
+    let lists: Vec<&[u32]> = couplings.flat_map(Couplings::node_lists).collect();
+    // Rows in ascending order, each with the lists that contain it.
+    let mut rows: Vec<(u32, u32)> = Vec::new();
+    for (list, nodes) in (0..).zip(&lists) {
+        rows.extend(nodes.iter().map(|&row| (row, list)));
+    }
+    rows.sort_unstable();
     let (mut own, mut others) = (Vec::new(), Vec::new());
-    for nodes in couplings.flat_map(Couplings::node_lists) {
-        for &row in nodes {
-            let columns = nodes.iter().map(|&column| numbering.global(column));
-            match numbering.is_owned(row) {
-                true => own.extend(columns.map(|column| (row, column))),
-                false => others.extend(columns.map(|column| (numbering.global(row), column))),
-            }
+    let mut nodes = Vec::new();
+    let mut columns = Vec::new();
+    for same in rows.chunk_by(|a, b| a.0 == b.0) {
+        let row = same[0].0;
+        nodes.clear();
+        same.iter().for_each(|&(_, list)| nodes.extend_from_slice(lists[list as usize]));
+        nodes.sort_unstable();
+        nodes.dedup();
+        columns.clear();
+        columns.extend(nodes.iter().map(|&column| numbering.global(column)));
+        columns.sort_unstable();
+        match numbering.is_owned(row) {
+            true => own.extend(columns.iter().map(|&column| (row, column))),
+            false => others.extend(columns.iter().map(|&column| (numbering.global(row), column))),
         }
     }
-    own.sort_unstable();
-    own.dedup();
     (own, ForeignRows::collect(others))
 }
 
@@ -129,6 +141,33 @@ mod tests {
             columns: vec![4, 5, 4, 5],
             places: vec![0, 1],
         }
+    }
+
+    /// The blocks are all pairs of nodes of every list, each once, in own rows and in those of ghosts
+    /// and foreign nodes.
+    #[test]
+    fn blocks_are_all_pairs_of_nodes() {
+        let index = IndexMap { first: 4, owned: 3, ghosts: vec![9, 1], total: 20 };
+        let numbering = Numbering { index: &index, foreign: &[2, 12] };
+        let lists: [&[u32]; 4] = [&[0, 2, 3, 6], &[1, 2, 4, 5], &[], &[0, 3, 4, 6]];
+        // The lists belong to two contacts.
+        let contacts = [&lists[..2], &lists[2..]]
+            .map(|lists| Couplings::new(lists.len(), |vertex, into| into.extend_from_slice(lists[vertex])));
+        let mut own = std::collections::BTreeSet::new();
+        let mut others = std::collections::BTreeSet::new();
+        for (row, column) in
+            lists.iter().flat_map(|&list| list.iter().flat_map(|&a| list.iter().map(move |&b| (a, b))))
+        {
+            match numbering.is_owned(row) {
+                true => own.insert((row, numbering.global(column))),
+                false => others.insert((numbering.global(row), numbering.global(column))),
+            };
+        }
+        let (found, remote) = blocks_of(contacts.iter(), &numbering);
+        assert!(found.into_iter().eq(own));
+        let remote =
+            remote.iter().flat_map(|(row, columns)| columns.iter().map(move |&column| (row, column)));
+        assert!(remote.eq(others));
     }
 
     /// Own rows go to slots of the widened pattern. All rows of ghosts and foreign nodes go to

@@ -10,9 +10,16 @@ use crate::tensor::Vector;
 impl<const D: usize> VertexContact<D> {
     /// Candidates from these pairs of facets (contactor, target), in ascending order.
     pub fn candidates_of(&self, couples: Vec<(u32, u32)>) -> Candidates<D> {
+        let mut facets: Vec<u32> = couples.iter().map(|&(facet, _)| facet).collect();
+        facets.dedup();
+        let mut targets: Vec<u32> = couples.iter().map(|&(_, target)| target).collect();
+        targets.sort_unstable();
+        targets.dedup();
         let mut nodes = Vec::new();
-        for &(facet, target) in &couples {
+        for facet in facets {
             nodes.extend_from_slice(self.surface.facet_nodes(&self.surface.facets()[facet as usize]));
+        }
+        for target in targets {
             nodes.extend_from_slice(self.target.nodes(target));
         }
         nodes.sort_unstable();
@@ -47,14 +54,18 @@ impl<const D: usize> VertexContact<D> {
             let placed = self.surface.reference_points(facet).iter().zip(own);
             positions.extend(placed.map(|(x, &n)| x + Vector::from_column_slice(&u[n as usize * D..][..D])));
             let around = Bounds::of_facet(facet.kind, positions.iter().map(|&x: &Vector<D>| x.into()));
-            let frame = Frame::of(facet.kind, &positions);
-            for target in tree.meeting(&around.inflate(range.farthest::<D>())) {
+            let around = around.inflate(range.farthest::<D>());
+            let column = Column::of(facet.kind, &positions, range);
+            let may_reach = |bounds: &Bounds<D>| {
+                around.meets(bounds) && column.as_ref().is_none_or(|column| column.may_reach(bounds))
+            };
+            for target in tree.admitted(may_reach) {
                 let others = opposite.nodes(target);
                 if own.iter().any(|node| others.contains(node)) {
                     continue;
                 }
                 opposite.current(target, u, &mut nodes);
-                if frame.as_ref().is_none_or(|frame| frame.is_near(&positions, &nodes, range)) {
+                if column.as_ref().is_none_or(|column| column.reaches(&nodes)) {
                     couples.push((index as u32, target));
                 }
             }
@@ -64,38 +75,195 @@ impl<const D: usize> VertexContact<D> {
     }
 }
 
-/// Directions along a facet and across it.
-struct Frame<const D: usize> {
-    along: Vec<Vector<D>>,
-    across: Vector<D>,
+/// The surroundings of a facet: its extent along its normal and along its surface, with the range
+/// in these directions. At an oblique facet it is much thinner than the axis-aligned box around it.
+struct Column<const D: usize> {
+    slabs: [Slab<D>; D],
 }
 
-impl<const D: usize> Frame<D> {
-    fn of(kind: ElementKind, nodes: &[Vector<D>]) -> Option<Self> {
+impl<const D: usize> Column<D> {
+    /// The surroundings of the facet with these nodes; `None` if it has no normal.
+    fn of(kind: ElementKind, nodes: &[Vector<D>], range: &CandidateRange) -> Option<Self> {
         let centre = if kind.corners() == 3 { [1.0 / 3.0; 2] } else { [0.0; 2] };
         let shape = FacetShape::at(kind, centre);
         let tangent = |k: usize| nodes.iter().zip(shape.gradient).map(|(x, g)| x * g[k]).sum::<Vector<D>>();
         let first = tangent(0).try_normalize(0.0)?;
-        if D == 2 {
-            return Some(Self { along: vec![first], across: facet_normal(&[first, Vector::zeros()]) });
-        }
-        let across = facet_normal(&[first, tangent(1)]).try_normalize(0.0)?;
-        Some(Self { along: vec![first, facet_normal(&[across, first])], across })
+        let across = match D {
+            2 => facet_normal(&[first, Vector::zeros()]),
+            _ => facet_normal(&[first, tangent(1)]).try_normalize(0.0)?,
+        };
+        let slab = |k: usize| match k {
+            0 => Slab::of(across, nodes, range.across),
+            1 => Slab::of(first, nodes, range.along),
+            _ => Slab::of(facet_normal(&[across, first]), nodes, range.along),
+        };
+        Some(Self { slabs: std::array::from_fn(slab) })
     }
 
-    /// Whether the extents of two facets in the directions of this frame come within `range` of
-    /// each other.
-    fn is_near(&self, nodes: &[Vector<D>], others: &[Vector<D>], range: &CandidateRange) -> bool {
-        let extent = |nodes: &[Vector<D>], axis: &Vector<D>| {
-            nodes
-                .iter()
-                .map(|x| x.dot(axis))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
+    /// Whether the facet with these nodes reaches into every slab.
+    fn reaches(&self, nodes: &[Vector<D>]) -> bool {
+        self.slabs.iter().all(|slab| slab.meets(slab.extent(nodes)))
+    }
+
+    /// Whether a facet within the box may reach into every slab.
+    fn may_reach(&self, bounds: &Bounds<D>) -> bool {
+        self.slabs.iter().all(|slab| slab.meets(slab.extent_of_box(bounds)))
+    }
+}
+
+/// The extent of a facet along a direction, and the range beyond both of its ends.
+struct Slab<const D: usize> {
+    axis: Vector<D>,
+    own: Extent,
+    range: f64,
+}
+
+/// Smallest and largest coordinate along a direction \[m\].
+#[derive(Clone, Copy)]
+struct Extent {
+    low: f64,
+    high: f64,
+}
+
+impl Extent {
+    const EMPTY: Self = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
+}
+
+impl<const D: usize> Slab<D> {
+    fn of(axis: Vector<D>, nodes: &[Vector<D>], range: f64) -> Self {
+        let mut slab = Self { axis, own: Extent::EMPTY, range };
+        slab.own = slab.extent(nodes);
+        slab
+    }
+
+    fn extent(&self, nodes: &[Vector<D>]) -> Extent {
+        nodes
+            .iter()
+            .map(|x| x.dot(&self.axis))
+            .fold(Extent::EMPTY, |extent, at| Extent { low: extent.low.min(at), high: extent.high.max(at) })
+    }
+
+    /// The extent of a box that is not empty.
+    ///
+    /// It contains the extent of all nodes in the box, also after rounding: products and sums of
+    /// larger numbers are never rounded to smaller ones.
+    fn extent_of_box(&self, bounds: &Bounds<D>) -> Extent {
+        let corner = |ahead: bool| {
+            Vector::<D>::from_fn(|k, _| match (self.axis[k] >= 0.0) == ahead {
+                true => bounds.high[k],
+                false => bounds.low[k],
+            })
         };
-        let meets = |axis: &Vector<D>, by: f64| {
-            let ((low, high), (other_low, other_high)) = (extent(nodes, axis), extent(others, axis));
-            low - by <= other_high && other_low - by <= high
+        Extent { low: corner(false).dot(&self.axis), high: corner(true).dot(&self.axis) }
+    }
+
+    fn meets(&self, other: Extent) -> bool {
+        self.own.low - self.range <= other.high && other.low - self.range <= self.own.high
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::super::surface::{SharpEdges, VertexSurface};
+    use super::*;
+    use crate::contact::evaluation::AreaKind;
+    use crate::contact::nodal::at;
+    use crate::contact::pair_scene::{block, penalty, target};
+    use crate::contact::surface::Ownership;
+    use crate::contact::target::ContactTarget;
+    use crate::mesh::{Mesh, merge};
+    use crate::taylor::scatter;
+
+    /// A shell between these radii, around the whole circle in its first direction. Its outer side
+    /// is `top`.
+    fn shell<const D: usize>(element: ElementKind, radii: [f64; 2], cells: u32) -> Mesh<D> {
+        let mut mesh = block::<D>(element, [-1.0, 1.0], radii, cells);
+        for point in &mut mesh.points {
+            let radius = point[D - 1];
+            let (sine, cosine) = (PI * point[0]).sin_cos();
+            let latitude = if D == 3 { 1.2 * point[1] } else { 0.0 };
+            point[0] = radius * latitude.cos() * sine;
+            point[1] = radius * latitude.sin();
+            point[D - 1] = radius * latitude.cos() * cosine;
+        }
+        mesh
+    }
+
+    /// The outer side of one shell opposite the inner side of a wider one.
+    fn nested<const D: usize>(element: ElementKind) -> (VertexContact<D>, usize) {
+        let cells = if D == 2 { 60 } else { 14 };
+        let inner = shell::<D>(element, [0.8, 1.0], cells);
+        let outer = shell::<D>(element, [1.02, 1.2], cells - 3);
+        let mesh = merge(vec![("inner".to_owned(), inner), ("outer".to_owned(), outer)]).unwrap();
+        let mine = vec![true; mesh.element_count()];
+        let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
+        let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
+        let contactor = &mesh.facet_sets["inner.top"];
+        let contact = VertexContact {
+            surface: VertexSurface::new(&mesh, contactor, &ownership, |_| false, SharpEdges::Joined),
+            target: ContactTarget::Body(target(&mesh, &["outer.bottom"])),
+            law: penalty(None),
+            area: AreaKind::Current,
+            depth: 0.5,
+            share: 1.0,
+            closed: 0.0,
         };
-        meets(&self.across, range.across) && self.along.iter().all(|axis| meets(axis, range.along))
+        (contact, mesh.points.len() * D)
+    }
+
+    /// The couples by a test of every pair of facets.
+    fn all_near<const D: usize>(
+        contact: &VertexContact<D>,
+        u: &[f64],
+        range: &CandidateRange,
+    ) -> Vec<(u32, u32)> {
+        let opposite = contact.target.body().unwrap();
+        let around = |kind: ElementKind, nodes: &[Vector<D>]| {
+            Bounds::of_facet(kind, nodes.iter().map(|&x: &Vector<D>| x.into()))
+        };
+        let mut couples = Vec::new();
+        let mut nodes = Vec::new();
+        for (index, facet) in contact.surface.facets().iter().enumerate() {
+            let reference = contact.surface.reference_points(facet).iter();
+            let own: Vec<Vector<D>> =
+                reference.zip(contact.surface.facet_nodes(facet)).map(|(x, &n)| x + at(u, n)).collect();
+            let bounds = around(facet.kind, &own).inflate(range.farthest::<D>());
+            let column = Column::of(facet.kind, &own, range).unwrap();
+            for target in 0..opposite.count() as u32 {
+                opposite.current(target, u, &mut nodes);
+                if bounds.meets(&around(opposite.kind(target), &nodes)) && column.reaches(&nodes) {
+                    couples.push((index as u32, target));
+                }
+            }
+        }
+        couples
+    }
+
+    fn check<const D: usize>(element: ElementKind) {
+        let (contact, size) = nested::<D>(element);
+        let facets = contact.surface.facets().len() * contact.target.body().unwrap().count();
+        let u: Vec<f64> = scatter(size, 3).iter().map(|u| 0.02 * u).collect();
+        for across in [0.0, 0.1, 0.5, 3.0] {
+            for along in [0.0, 0.1, 0.4] {
+                let range = CandidateRange { across, along };
+                let expected = all_near(&contact, &u, &range);
+                assert!(!expected.is_empty() && expected.len() < facets / 2, "{element}, {range:?}");
+                assert_eq!(contact.candidates(&u, &range).couples(), expected, "{element}, {range:?}");
+            }
+        }
+    }
+
+    /// The search through the tree finds the same couples as a test of every pair, for rings and
+    /// spherical shells with a range from zero to beyond the opposite side.
+    #[test]
+    fn curved_shells_have_all_their_couples() {
+        for element in [ElementKind::Quad4, ElementKind::Tri3, ElementKind::Quad9] {
+            check::<2>(element);
+        }
+        for element in [ElementKind::Hex8, ElementKind::Tet4, ElementKind::Hex27] {
+            check::<3>(element);
+        }
     }
 }
