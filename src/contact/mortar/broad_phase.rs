@@ -166,6 +166,7 @@ impl<const D: usize> Slab<D> {
 mod tests {
     use std::f64::consts::PI;
 
+    use super::super::integrals::NormalOf;
     use super::super::surface::{SharpEdges, VertexSurface};
     use super::*;
     use crate::contact::evaluation::AreaKind;
@@ -209,6 +210,7 @@ mod tests {
             depth: 0.5,
             share: 1.0,
             closed: 0.0,
+            edge_normal: NormalOf::Contactor,
         };
         (contact, mesh.points.len() * D)
     }
