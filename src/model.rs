@@ -270,6 +270,8 @@ pub struct ContactModel<const D: usize> {
     pub initial_overclosure: InitialOverclosure,
     /// Whether the forces conserve over steps.
     pub conserves: bool,
+    /// Whether the scheme conserves momentum, so that forces may have no moment.
+    pub keeps_momentum: bool,
     /// Thickness of the thinnest wall between the two surfaces \[m\]. Infinite without a wall, and
     /// until [`Model::walls`] has measured it.
     pub wall: f64,

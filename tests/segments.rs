@@ -466,6 +466,33 @@ fn an_edge_slides_without_friction_on_1_2_3_4_8_ranks() {
     }
 }
 
+/// A flat contactor keeps its own normals beside an edge of the target, also if it is one facet wide, so
+/// that all its facets are at its boundary.
+#[test]
+fn a_narrow_slab_keeps_its_normals() {
+    let narrow = TILTED
+        .replace("dimension: 2", "dimension: 3")
+        .replace("min: [0, 0]", "min: [0, 0, 0]")
+        .replace(
+            "max: [2, 0.8], cells: [20, 8], element: quad4",
+            "max: [2, 0.8, 0.1], cells: [20, 8, 1], element: hex8",
+        )
+        .replace("max: [0.6, 0.6]", "max: [0.6, 0.6, 0.1]")
+        .replace("cells: [4, 4]\n        element: quad4", "cells: [4, 4, 1]\n        element: hex8")
+        .replace("0.7 + 0.9659", "0.73 + 0.9659")
+        .replace("slab.bottom", "slab.front")
+        .replace("block.top", "block.back")
+        .replace("CONTACTOR", "slab.back")
+        .replace("TARGET", "block.skin");
+    let results = Results::of(&narrow, 2);
+    let bed = results.table("reactions.csv").only("boundary", "bed");
+    let (along, normal) = (bed.numbers("force_x"), bed.numbers("force_y"));
+    assert!(normal[normal.len() - 1] > 5e-4, "{normal:?}");
+    for (along, normal) in along.iter().zip(&normal) {
+        assert!(along.abs() <= 0.04 * normal, "{along} and {normal}");
+    }
+}
+
 /// Two bodies collide off-centre and separate. Energy and both momenta are conserved to rounding,
 /// with and without friction, in 2D and 3D. The energy lost to friction is heat.
 #[test]

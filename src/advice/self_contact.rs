@@ -63,8 +63,8 @@ fn narrowest<const D: usize>(local: &LocalMesh<D>, body: usize) -> Option<(f64, 
         let middle = corners.iter().map(|corner| corner.end).sum::<Point<D>>() / D as f64;
         let Some(out) = normal_of(&corners.map(|corner| corner.end)).try_normalize(0.0) else { continue };
         let most = found.map_or(size, |(distance, _)| distance);
-        let way = Bounds::of([middle.into(), (middle + out * most).into()]);
-        for hit in tree.meeting(&way) {
+        let way = [middle.into(), (middle + out * most).into()];
+        for hit in tree.admitted(|bounds| bounds.meets_segment(way)) {
             let other = &simplices[hit as usize];
             let normal = normal_of(&other.map(|corner| corner.end));
             let against = normal.dot(&out);

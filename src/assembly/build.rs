@@ -12,7 +12,7 @@ use super::rollers::Rollers;
 use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
 use crate::collective::Collective;
-use crate::contact::mortar::surface::VertexSurface;
+use crate::contact::mortar::surface::edge_nodes;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
@@ -86,28 +86,37 @@ pub(super) fn contacts<const D: usize>(
     let mut contacts = Vec::with_capacity(wanted.len());
     for contact in wanted {
         let measures = measures(world, local, bodies, contact)?;
-        let mut contact = agree(world, LocalContact::new(contact, &measures, local))?;
-        share_edges(world, local, &mut contact.pair.contact.surface)?;
-        contacts.push(contact);
+        let mut own = agree(world, LocalContact::new(contact, &measures, local))?;
+        if let Target::Surface { set, .. } = &contact.target {
+            let contactor = edge_marks(world, local, &contact.contactor)?;
+            let target = edge_marks(world, local, set)?;
+            let [contactor, target] = [contactor, target].map(|marks| move |node| marks[node as usize]);
+            own.pair.mark_edges(&local.mesh, contactor, target);
+        }
+        contacts.push(own);
     }
     Ok(contacts)
 }
 
-/// Marks the facets of a contactor whose corners on edges belong to other ranks. Collective.
-fn share_edges<const D: usize>(
+/// For each local node whether it is on a sharp edge of a surface or on its boundary. Collective.
+fn edge_marks<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
-    surface: &mut VertexSurface<D>,
-) -> Result<()> {
-    let edge_nodes = surface.edge_nodes();
+    set: &str,
+) -> Result<Vec<bool>> {
+    let facets = agree(world, facets_of(local, set))?;
+    let mut marks = vec![false; local.index.local_count()];
+    for node in edge_nodes(&local.mesh, facets, local.index.owned) {
+        marks[node as usize] = true;
+    }
     let mut exchange = NodeExchange::new(world, &local.index, &local.index.ghosts)?;
-    let mut marks = vec![0.0; local.index.ghosts.len()];
-    let give = |node: u32, mark: &mut [f64]| {
-        mark[0] = if edge_nodes.binary_search(&node).is_ok() { 1.0 } else { 0.0 };
-    };
-    exchange.forward_from(world, 1, give, &mut marks);
-    surface.set_edges_of_others(|node| marks[node as usize - local.index.owned] > 0.0);
-    Ok(())
+    let mut of_ghosts = vec![0.0; local.index.ghosts.len()];
+    let give = |node: u32, mark: &mut [f64]| mark[0] = f64::from(u8::from(marks[node as usize]));
+    exchange.forward_from(world, 1, give, &mut of_ghosts);
+    for (mark, of_ghost) in marks[local.index.owned..].iter_mut().zip(&of_ghosts) {
+        *mark = *of_ghost > 0.0;
+    }
+    Ok(marks)
 }
 
 /// Sizes of a contact over all ranks. Collective.

@@ -112,7 +112,7 @@ impl<const D: usize> LocalContact<D> {
                 true => 0.0,
                 false => CLOSABLE,
             },
-            edge_normal: match target.obstacle().is_some() || contact.conserves {
+            edge_normal: match target.obstacle().is_some() || contact.keeps_momentum {
                 true => NormalOf::Contactor,
                 false => NormalOf::Target,
             },

@@ -1,5 +1,7 @@
 //! A contact on this rank: nearby facets, and the nodes that each vertex couples.
 
+use std::collections::HashSet;
+
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
@@ -122,6 +124,8 @@ pub struct ContactPair<const D: usize> {
     swing: Swing<D>,
     contactor: Vec<Facet>,
     target: Vec<Facet>,
+    /// Those of them at an edge of the target.
+    target_edges: HashSet<Facet>,
     /// Local nodes of both surfaces.
     nodes: Vec<u32>,
     gather: Option<TargetGather<D>>,
@@ -157,10 +161,28 @@ impl<const D: usize> ContactPair<D> {
             swing: Swing { mean: Point::zeros(), most: 0.0 },
             contactor,
             target: target.to_vec(),
+            target_edges: HashSet::new(),
             nodes,
             gather: None,
             pose: None,
         }
+    }
+
+    /// Marks the facets of both sides with a corner at an edge of their surface, given by its local nodes.
+    /// Call it before the target is gathered.
+    pub fn mark_edges(
+        &mut self,
+        mesh: &Mesh<D>,
+        contactor: impl Fn(u32) -> bool,
+        target: impl Fn(u32) -> bool,
+    ) {
+        self.contact.surface.mark_edges(contactor);
+        let mut nodes = Vec::new();
+        let mut is_at_edge = |facet: &&Facet| {
+            mesh.facet_nodes(**facet, &mut nodes);
+            nodes[..mesh.facet_kind(**facet).corners()].iter().any(|&node| target(node))
+        };
+        self.target_edges = self.target.iter().filter(|facet| is_at_edge(facet)).copied().collect();
     }
 
     /// Finds the nodes of the target if it is a free rigid body.
@@ -214,7 +236,8 @@ impl<const D: usize> ContactPair<D> {
     /// Both sides: facets around the vertices of this rank, and the target facets in its part of
     /// the mesh.
     pub fn surfaces<'a>(&'a self, local: &'a LocalMesh<D>) -> Surfaces<'a, D> {
-        Surfaces { local, contactor: &self.contactor, target: &self.target }
+        let Self { contactor, target, target_edges, .. } = self;
+        Surfaces { local, contactor, target, target_edges }
     }
 
     /// Facets of the target in this rank's part of the mesh.

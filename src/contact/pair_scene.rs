@@ -32,7 +32,7 @@ pub fn target<const D: usize>(mesh: &Mesh<D>, sets: &[&str]) -> TargetSurface<D>
     for &facet in sets.iter().flat_map(|set| &mesh.facet_sets[*set]) {
         mesh.facet_nodes(facet, &mut nodes);
         let identity = TargetFacets::identity(facet.element, facet.side);
-        facets.push(mesh.facet_kind(facet), &nodes, identity, mesh.body[facet.element as usize]);
+        facets.push(mesh.facet_kind(facet), &nodes, identity, mesh.body[facet.element as usize], false);
     }
     TargetSurface::new(facets, &mesh.points)
 }

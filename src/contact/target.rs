@@ -25,11 +25,13 @@ pub struct TargetFacets {
     pub identities: Vec<u64>,
     /// Body of each facet.
     pub bodies: Vec<u16>,
+    /// Whether each facet has a corner on a sharp edge of its surface or on its boundary.
+    pub at_edge: Vec<bool>,
 }
 
 impl TargetFacets {
     /// Appends a facet.
-    pub fn push(&mut self, kind: ElementKind, nodes: &[u32], identity: u64, body: u16) {
+    pub fn push(&mut self, kind: ElementKind, nodes: &[u32], identity: u64, body: u16, at_edge: bool) {
         if self.offsets.is_empty() {
             self.offsets.push(0);
         }
@@ -38,6 +40,7 @@ impl TargetFacets {
         self.offsets.push(self.nodes.len() as u32);
         self.identities.push(identity);
         self.bodies.push(body);
+        self.at_edge.push(at_edge);
     }
 
     /// Number of facets.
@@ -79,6 +82,11 @@ impl<const D: usize> TargetSurface<D> {
     /// Number of facets.
     pub fn count(&self) -> usize {
         self.facets.count()
+    }
+
+    /// Whether a facet has a corner on a sharp edge of its surface or on its boundary.
+    pub fn is_at_edge(&self, facet: u32) -> bool {
+        self.facets.at_edge[facet as usize]
     }
 
     /// Kind of a facet.

@@ -39,6 +39,8 @@ pub struct RunGuard {
     speeds: Vec<f64>,
     /// Energy that the steps left unexplained.
     unexplained: Unexplained,
+    /// Whether a gain of energy was reported.
+    gain_reported: bool,
     /// Whether the scheme `conserving` accepts the bodies.
     may_conserve: bool,
     /// How far surfaces in contact move in a step.
@@ -64,7 +66,9 @@ impl RunGuard {
         let motion = MotionWatch::new(case.guard.motion.map(|motion| motion.value));
         let unexplained = Unexplained::default();
         let may_conserve = model.may_conserve();
-        Self { limit, scale: 0.0, calm: *start, speeds, unexplained, may_conserve, motion }.with(start)
+        let gain_reported = false;
+        Self { limit, scale: 0.0, calm: *start, speeds, unexplained, gain_reported, may_conserve, motion }
+            .with(start)
     }
 
     fn with(mut self, energies: &Energies) -> Self {
@@ -112,8 +116,8 @@ impl RunGuard {
         Some(text)
     }
 
-    /// Evaluates the ledger at the end of the accepted step `step` of `scheme` in `stage`. Returns a warning in
-    /// the step in which much energy has been gained. Collective.
+    /// Evaluates the ledger at the end of the accepted step `step` of `scheme` in `stage`. Returns a
+    /// warning, once, if much energy has been gained and no limit is given. Collective.
     ///
     /// # Errors
     /// PETSc reports an error.
@@ -126,7 +130,6 @@ impl RunGuard {
         ledger: &EnergyLedger,
     ) -> Result<Option<String>> {
         let energies = ledger.now();
-        let (before, scale) = (self.unexplained, self.scale);
         self.grow(energies);
         let rounding = match self.unexplained.left(energies).abs() > NOTABLE * self.scale {
             true => system.rounding(stage)? * stage.trial.u.norm()?,
@@ -134,8 +137,12 @@ impl RunGuard {
         };
         let known = KnownError { rounding, work: ledger.work_error() };
         self.unexplained.record(step, stage.trial.time, stage.dt, energies, known);
-        let scales = [scale, self.scale];
-        Ok(self.unexplained.gain(&before, scheme, self.may_conserve, scales, system.units()))
+        if self.gain_reported || self.limit.is_some() {
+            return Ok(None);
+        }
+        let gain = self.unexplained.gain(scheme, self.may_conserve, self.scale, system.units());
+        self.gain_reported = gain.is_some();
+        Ok(gain)
     }
 
     /// Warnings at the end of a run by `scheme`, with or without contact.
@@ -217,6 +224,7 @@ mod tests {
             calm,
             speeds: Vec::new(),
             unexplained,
+            gain_reported: false,
             may_conserve: true,
             motion,
         }

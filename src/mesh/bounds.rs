@@ -66,6 +66,29 @@ impl<const D: usize> Bounds<D> {
         (0..D).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
+    /// Whether the segment between two points comes within rounding of the box: a billionth of the
+    /// lengths of box and segment.
+    pub fn meets_segment(&self, [from, to]: [[f64; D]; 2]) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let size = (0..D).map(|k| (to[k] - from[k]).abs()).fold(self.extent(), f64::max);
+        let slack = ROUNDING * size;
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        for k in 0..D {
+            let (low, high) = (self.low[k] - slack - from[k], self.high[k] + slack - from[k]);
+            let way = to[k] - from[k];
+            if way == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+                continue;
+            }
+            let (enters, leaves) = if way > 0.0 { (low / way, high / way) } else { (high / way, low / way) };
+            first = first.max(enters);
+            last = last.min(leaves);
+        }
+        first <= last
+    }
+
     /// The middle of the box \[m\].
     pub fn centre(&self) -> [f64; D] {
         std::array::from_fn(|k| 0.5 * (self.low[k] + self.high[k]))
@@ -181,6 +204,31 @@ mod tests {
         assert!(clusters.iter().all(|cluster| cluster.extent() <= 7.0), "{clusters:?}");
         assert!(!clusters.iter().any(|cluster| cluster.meets(&at([8.0, 8.0]))));
         assert!(Bounds::<2>::clusters(&mut [], 8).is_empty());
+    }
+
+    /// A segment meets a box if a point of it is in the box, also through a corner, along a side, and
+    /// through a box without thickness.
+    #[test]
+    fn segments_meet_boxes() {
+        let cube = Bounds { low: [0.0; 3], high: [1.0, 2.0, 3.0] };
+        let meets = |from, to| cube.meets_segment([from, to]);
+        assert!(meets([-1.0, -1.0, -1.0], [2.0, 3.0, 4.0]) && meets([0.5; 3], [0.6; 3]));
+        assert!(meets([0.5, 1.0, -9.0], [0.5, 1.0, 9.0]) && !meets([0.5, 2.1, -9.0], [0.5, 2.1, 9.0]));
+        // Past a corner on either side, through it, and along an edge.
+        let past = |x: f64| meets([x, -1.0, 0.5], [x - 2.0, 1.0, 0.5]);
+        assert!(past(1.0) && past(1.0 - 1e-12) && past(1.001) && !past(0.999));
+        assert!(meets([1.0, -1.0, 0.0], [1.0, 5.0, 0.0]) && !meets([1.0, -1.0, -1e-6], [1.0, 5.0, -1e-6]));
+        // It ends before the box.
+        assert!(!meets([-1.0, 1.0, 1.0], [-0.01, 1.0, 1.0]) && meets([-1.0, 1.0, 1.0], [0.0, 1.0, 1.0]));
+        let plate = Bounds { low: [0.1, 0.0, 0.0], high: [0.1, 1.0, 1.0] };
+        for k in 1..100 {
+            let from = [0.1 - f64::from(k) / 7.0, 0.3, 0.9];
+            let to = [0.1 + f64::from(k) / 3.0, 0.7, 0.1];
+            assert!(plate.meets_segment([from, to]));
+            assert!(!plate.meets_segment([from, [0.1 - 1e-6, 0.5, 0.5]]));
+        }
+        assert!(!Bounds::EMPTY.meets_segment([[0.0; 3], [1.0; 3]]));
+        assert!(!Bounds::EMPTY.meets_segment([[0.0; 3], [0.0; 3]]));
     }
 
     /// The empty box intersects no box of any size.

@@ -195,6 +195,7 @@ impl<const D: usize> Model<D> {
             current_area: contact.area == case::Area::Current && !case.time.scheme.value.conserves(),
             initial_overclosure: contact.initial_overclosure,
             conserves: case.time.scheme.value.conserves(),
+            keeps_momentum: case.time.scheme.value.method().is_midpoint(),
             wall: f64::INFINITY,
         }
     }

@@ -7,10 +7,6 @@ use crate::mesh::{Bounds, BoundsTree, Facet, FacetIndex, Mesh};
 use crate::space::facet_normal;
 use crate::tensor::Vector;
 
-/// Number of sections of a ray. Each section has its own box, because the box around an oblique ray
-/// contains many facets that the ray does not hit. The result does not depend on the number.
-const SECTIONS: u32 = 64;
-
 /// Barycentric coordinates down to which a ray hits a triangle. Facets of regular meshes lie
 /// exactly opposite each other, and the ray from the centre of one passes through the common edge
 /// of two triangles of the other. Half and twice the value find the same walls in the tests.
@@ -97,38 +93,32 @@ impl<'a, const D: usize> Boundary<'a, D> {
         let corners: Vec<Vector<D>> = corners(self.mesh, facet).collect();
         let start = corners.iter().sum::<Vector<D>>() / corners.len() as f64;
         let ray = Ray { start, along: -outward(&corners) };
-        if !ray.between(0.0, depth).meets(&opposite.around) {
+        let ends = ray.ends(depth);
+        if !opposite.around.meets_segment(ends) {
             return None;
         }
         let body = self.mesh.body[facet.element as usize];
         let mut wall = f64::INFINITY;
         let mut other = f64::INFINITY;
-        for number in 0..SECTIONS {
-            let end = |number: u32| depth * f64::from(number) / f64::from(SECTIONS);
-            let (from, to) = (end(number), end(number + 1));
-            for index in self.tree.meeting(&ray.between(from, to)) {
-                let hit = self.facets[index as usize];
-                let is_own = self.mesh.body[hit.element as usize] == body;
-                if hit == facet || !is_own && !opposite.facets.contains(&hit) {
-                    continue;
-                }
-                let nearest = if is_own { &mut wall } else { &mut other };
-                if let Some(exit) = ray.exit(self.mesh, hit).filter(|exit| (0.0..=to).contains(exit)) {
-                    *nearest = nearest.min(exit);
-                }
+        for index in self.tree.admitted(|bounds| bounds.meets_segment(ends)) {
+            let hit = self.facets[index as usize];
+            let is_own = self.mesh.body[hit.element as usize] == body;
+            if hit == facet || !is_own && !opposite.facets.contains(&hit) {
+                continue;
             }
-            if other.is_finite() {
-                return (wall < other).then_some(wall);
+            let nearest = if is_own { &mut wall } else { &mut other };
+            if let Some(exit) = ray.exit(self.mesh, hit).filter(|exit| (0.0..=depth).contains(exit)) {
+                *nearest = nearest.min(exit);
             }
         }
-        None
+        (other.is_finite() && wall < other).then_some(wall)
     }
 }
 
 impl<const D: usize> Ray<D> {
-    /// The box around the part of the ray between these distances \[m\].
-    fn between(&self, from: f64, to: f64) -> Bounds<D> {
-        Bounds::of([from, to].map(|distance| (self.start + self.along * distance).into()))
+    /// The ends of the part of the ray up to this distance \[m\].
+    fn ends(&self, distance: f64) -> [[f64; D]; 2] {
+        [self.start.into(), (self.start + self.along * distance).into()]
     }
 
     /// Distance at which the ray leaves a body through a facet, given by its corners \[m\].

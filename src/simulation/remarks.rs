@@ -184,7 +184,7 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
     }
     remarks.extend(system.bodies().mostly_massless().into_iter().map(|(name, counts)| {
         format!(
-            "mass: redistributed: {} of the {} nodes of '{name}' ({:.0} %) are massless: steps may not \
+            "{} of the {} nodes of '{name}' ({:.0} %) are massless (`mass`): steps may not \
              converge; write `mass: consistent` for this body, or mesh it with more elements through the \
              thickness",
             counts.massless,

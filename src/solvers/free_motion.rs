@@ -100,7 +100,7 @@ impl FreeMotions {
         }
         let held = weighed(system, &fields, &idle)?;
         let words = |way: DVector<f64>| describe(&rigid, &way, &loads, system.units()).words;
-        let words = idle.column_iter().map(|way| words(way.into_owned())).collect();
+        let words = reduced(&idle).column_iter().map(|way| words(way.into_owned())).collect();
         Ok(Self { units: system.units(), rigid, held, words, free: free.ncols(), driven })
     }
 
@@ -246,6 +246,31 @@ fn null_space(a: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
     if free.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(&free) }
 }
 
+/// The columns of `basis`, combined so that each has a one where the others have zeros, as early as
+/// possible: the same for every basis of a space.
+fn reduced(basis: &DMatrix<f64>) -> DMatrix<f64> {
+    const ZERO: f64 = 1e-6;
+    let mut all = basis.clone();
+    let mut done = 0;
+    for row in 0..all.nrows() {
+        let rest = done..all.ncols();
+        let Some(pivot) = rest.max_by(|&a, &b| all[(row, a)].abs().total_cmp(&all[(row, b)].abs())) else {
+            break;
+        };
+        if all[(row, pivot)].abs() <= ZERO {
+            continue;
+        }
+        all.swap_columns(done, pivot);
+        let own = all.column(done) / all[(row, done)];
+        for k in 0..all.ncols() {
+            let part = if k == done { all[(row, k)] - 1.0 } else { all[(row, k)] };
+            all.column_mut(k).axpy(-part, &own, 1.0);
+        }
+        done += 1;
+    }
+    all
+}
+
 /// Orthonormal columns that are orthogonal to a unit vector, one fewer than its length. They come
 /// from its reflection onto the first axis.
 fn complement(unit: &DVector<f64>) -> DMatrix<f64> {
@@ -310,6 +335,18 @@ mod tests {
         coupled[(0, 1)] = 0.5;
         assert_eq!(null_space(&coupled, 1e-12).ncols(), 0);
         assert_eq!(null_space(&(a + DMatrix::identity(3, 3) * 1e-3), 1e-12).ncols(), 0);
+    }
+
+    /// Every basis of a space of motions is reduced to the same one, which shows single motions.
+    #[test]
+    fn a_reduced_basis_shows_single_motions() {
+        let plain = DMatrix::from_row_slice(4, 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        let (sin, cos) = 2.1_f64.sin_cos();
+        let turned = &plain * DMatrix::from_row_slice(2, 2, &[cos, -sin, sin, cos]);
+        assert!((reduced(&turned) - &plain).amax() < 1e-14);
+        let mixed = DMatrix::from_row_slice(3, 1, &[0.0, -0.6, 0.8]);
+        let expected = DMatrix::from_row_slice(3, 1, &[0.0, 1.0, -0.8 / 0.6]);
+        assert!((reduced(&mixed) - expected).amax() < 1e-14);
     }
 
     /// The complement of a direction is orthonormal and orthogonal to it.

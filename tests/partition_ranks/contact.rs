@@ -58,6 +58,11 @@ fn around<const D: usize>(whole: &Mesh<D>, facet: Facet, shake: f64) -> Bounds<D
     Bounds::of_facet(whole.facet_kind(facet), nodes.iter().map(|&node| place(whole, node, shake)))
 }
 
+/// Whether facets of an element of the whole mesh are marked as being at an edge, here by its number.
+fn is_marked(element: u32) -> bool {
+    element.is_multiple_of(3)
+}
+
 /// The gathered facets equal those that a search over all facets of the whole mesh finds.
 fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Plan) {
     let (local, _) = deal(world, whole, plan);
@@ -65,7 +70,9 @@ fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>
         (&local.mesh.facet_sets[COUPLE.contactor], &local.mesh.facet_sets[COUPLE.target]);
     let mine = |facet: &&Facet| local.mine[facet.element as usize];
     let own: Vec<Facet> = contactor.iter().filter(mine).copied().collect();
-    let surfaces = Surfaces { local: &local, contactor: &own, target };
+    let input = |facet: &Facet| local.input_element[facet.element as usize];
+    let target_edges = target.iter().filter(|facet| is_marked(input(facet))).copied().collect();
+    let surfaces = Surfaces { local: &local, contactor: &own, target, target_edges: &target_edges };
     for (shake, radius, slack) in [(0.0, 0.01, 0.0), (0.15, 0.1, 0.05), (0.05, 5.0, 1.0)] {
         let now = positions(whole, &local, shake);
         let gather = TargetGather::new(world, &surfaces, &now, Reach { radius, slack }).expect("whole");
@@ -104,6 +111,7 @@ fn facets_are_those<const D: usize>(
         assert!(found.nodes_of(number).iter().map(|&node| here[node as usize]).eq(nodes.iter().copied()));
         assert_eq!(found.kinds[number], whole.facet_kind(facet));
         assert_eq!(found.bodies[number], whole.body[facet.element as usize]);
+        assert_eq!(found.at_edge[number], is_marked(facet.element));
     }
     let points = here[local.index.local_count()..].iter().map(|&node| whole.points[node as usize]);
     assert!(beyond.points.iter().copied().eq(points));

@@ -269,6 +269,7 @@ impl<const D: usize> Case<D> {
             current_area: self.current_area,
             initial_overclosure: InitialOverclosure::Accept,
             conserves: false,
+            keeps_momentum: false,
             wall: f64::INFINITY,
         });
         let options = SystemOptions { inertia: true, format };

@@ -17,6 +17,7 @@ pub struct ForeignNodes<const D: usize> {
 pub(super) struct ArrivedFacet<'a, const D: usize> {
     pub kind: ElementKind,
     pub body: u16,
+    pub at_edge: bool,
     pub identity: u64,
     /// Global nodes.
     pub globals: &'a [u32],
@@ -37,6 +38,7 @@ struct Entry {
     identity: u64,
     kind: ElementKind,
     body: u16,
+    at_edge: bool,
     first: usize,
 }
 
@@ -46,7 +48,7 @@ impl<'a, const D: usize> GatheredFacets<'a, D> {
     }
 
     /// Adds one of the rank's own facets.
-    pub fn push_own(&mut self, facet: Facet) {
+    pub fn push_own(&mut self, facet: Facet, at_edge: bool) {
         let mesh = &self.local.mesh;
         let element = facet.element as usize;
         let mut nodes = Vec::new();
@@ -55,6 +57,7 @@ impl<'a, const D: usize> GatheredFacets<'a, D> {
             identity: TargetFacets::identity(self.local.input_element[element], facet.side),
             kind: mesh.facet_kind(facet),
             body: mesh.body[element],
+            at_edge,
             first: self.globals.len(),
         });
         self.globals.extend(nodes.iter().map(|&node| self.local.index.global(node)));
@@ -62,8 +65,8 @@ impl<'a, const D: usize> GatheredFacets<'a, D> {
 
     /// Adds a facet of another rank. Some of its nodes may be on this rank.
     pub fn push(&mut self, facet: &ArrivedFacet<'_, D>) {
-        let ArrivedFacet { kind, body, identity, globals, points } = *facet;
-        self.facets.push(Entry { identity, kind, body, first: self.globals.len() });
+        let ArrivedFacet { kind, body, at_edge, identity, globals, points } = *facet;
+        self.facets.push(Entry { identity, kind, body, at_edge, first: self.globals.len() });
         for (&global, &point) in globals.iter().zip(points) {
             self.globals.push(global as i32);
             if self.local.index.local(global as i32).is_none() {
@@ -86,10 +89,10 @@ impl<'a, const D: usize> GatheredFacets<'a, D> {
         };
         let mut all = TargetFacets { offsets: vec![0], ..TargetFacets::default() };
         let mut nodes = Vec::new();
-        for &Entry { identity, kind, body, first } in &self.facets {
+        for &Entry { identity, kind, body, at_edge, first } in &self.facets {
             nodes.clear();
             nodes.extend(self.globals[first..first + kind.nodes()].iter().map(number));
-            all.push(kind, &nodes, identity, body);
+            all.push(kind, &nodes, identity, body, at_edge);
         }
         (all, ForeignNodes { numbers: foreign, points })
     }

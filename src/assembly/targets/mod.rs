@@ -7,6 +7,8 @@
 mod facets;
 mod parcel;
 
+use std::collections::HashSet;
+
 use mpi::traits::CommunicatorCollectives;
 
 use crate::collective::Collective;
@@ -33,6 +35,8 @@ pub struct Surfaces<'a, const D: usize> {
     pub contactor: &'a [Facet],
     /// Local facets of the target. Those of other ranks' elements are skipped.
     pub target: &'a [Facet],
+    /// Those of them with a corner on a sharp edge of the target or on its boundary.
+    pub target_edges: &'a HashSet<Facet>,
 }
 
 /// Search distances.
@@ -90,7 +94,7 @@ impl<const D: usize> TargetGather<D> {
         let near = |one: &Bounds<D>| tree.meeting(one).next().is_some();
         let mut gathered = GatheredFacets::new(local);
         for (&facet, _) in target.iter().zip(&target_boxes).filter(|(_, one)| near(one)) {
-            gathered.push_own(facet);
+            gathered.push_own(facet, surfaces.target_edges.contains(&facet));
         }
         let arrived =
             integers.iter().zip(&reals).map(|((_, integers), (_, reals))| Parcel { integers, reals });

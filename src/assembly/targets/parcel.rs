@@ -7,8 +7,8 @@ use crate::mesh::{Bounds, ElementKind, Facet};
 
 /// Facets from one rank.
 ///
-/// Integers of a facet: kind, body, element of the input, side, global nodes. Real values: corners
-/// of its box, reference points of its nodes.
+/// Integers of a facet: kind, body, element of the input, side, 1 at an edge of its surface, global
+/// nodes. Real values: corners of its box, reference points of its nodes.
 pub(super) struct Parcel<'a> {
     pub integers: &'a [u32],
     pub reals: &'a [f64],
@@ -45,6 +45,7 @@ impl Parcel<'_> {
                 let kind = mesh.facet_kind(facet);
                 let body = mesh.body[element];
                 integers.extend([kind as u32, body.into(), local.input_element[element], facet.side.into()]);
+                integers.push(surfaces.target_edges.contains(&facet).into());
                 integers.extend(nodes.iter().map(|&node| local.index.global(node) as u32));
                 reals.extend(one.low.iter().chain(&one.high));
                 reals.extend(nodes.iter().flat_map(|&node| mesh.points[node as usize]));
@@ -62,7 +63,7 @@ impl Parcel<'_> {
         into: &mut GatheredFacets<'_, D>,
     ) -> Option<()> {
         let (mut integers, mut reals) = (self.integers, self.reals);
-        while let [kind, body, element, side, rest @ ..] = integers {
+        while let [kind, body, element, side, edge, rest @ ..] = integers {
             let kind = *ElementKind::ALL.get(*kind as usize)?;
             let (globals, after) = rest.split_at_checked(kind.nodes())?;
             let (numbers, later) = reals.split_at_checked((2 + kind.nodes()) * D)?;
@@ -70,7 +71,8 @@ impl Parcel<'_> {
             let [low, high, points @ ..] = numbers.as_chunks::<D>().0 else { return None };
             let identity = TargetFacets::identity(*element, u8::try_from(*side).ok()?);
             if near(&Bounds { low: *low, high: *high }) {
-                into.push(&ArrivedFacet { kind, body: *body as u16, identity, globals, points });
+                let (body, at_edge) = (*body as u16, *edge == 1);
+                into.push(&ArrivedFacet { kind, body, at_edge, identity, globals, points });
             }
         }
         (integers.is_empty() && reals.is_empty()).then_some(())

@@ -58,9 +58,11 @@ pub struct VertexContact<const D: usize> {
     /// [`CLOSABLE`], or zero if forces conserve over a step and no gap is closed at the start. Their matrix is
     /// inaccurate in pairs of facets within which the weight changes steeply.
     pub closed: f64,
-    /// The side whose normal pairs at edges of the contactor have: the target. Its facets at an edge may be
-    /// steep, and forces along their normals would drag the edge along a flat target. If forces conserve over
-    /// a step, they are derivatives of the weighted gaps, and the normal is that of the contactor.
+    /// The side that gives the normal at edges of the contactor, where the target has none.
+    ///
+    /// It is the target: the contactor may be steep beside an edge, and forces along its normals
+    /// would drag the edge along a flat target. Forces along the normal of the target have a small
+    /// moment. For schemes that conserve momentum it is therefore the contactor.
     pub edge_normal: NormalOf,
 }
 
@@ -365,6 +367,7 @@ impl<const D: usize> VertexContact<D> {
         let (contactor, others) = gathered.positions.split_at(gathered.contactor);
         let plane = self.surface.plane();
         let mut open = [self.closed, OPEN].map(|part| part * facet.size);
+        let at_edge = facet.at_edge && self.target.body().is_some_and(|surface| !surface.is_at_edge(target));
         let target = match &self.target {
             ContactTarget::Body(surface) => {
                 Opposite::Facet(PlacedFacet { kind: surface.kind(target), nodes: others })
@@ -386,7 +389,7 @@ impl<const D: usize> VertexContact<D> {
             },
             range: Range { share: self.share, deep: [0.5 * self.depth, self.depth], open },
             across: AcrossPlane { plane, origin: radius },
-            normal_of: if facet.at_edge { self.edge_normal } else { NormalOf::Contactor },
+            normal_of: if at_edge { self.edge_normal } else { NormalOf::Contactor },
         }
     }
 

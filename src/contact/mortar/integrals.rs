@@ -3,10 +3,10 @@
 //!
 //! At a segment point with `x = sum N_a x_a`, `y = sum M_b y_b` and `nu = x_,1 x x_,2` (outward
 //! from the contactor) the normal is `n = -nu / |nu|`, or the outward normal of the target
-//! ([`NormalOf`]), the gap `g = (x - y) . n` and `dGamma = fade(g) psi w j`, with the weight `psi` of
-//! the angle between the facets (`facing`) and `j = |nu|` now or in the reference configuration. With
-//! the coefficients `c_a = N_a` on the contactor and `-M_b` on the target, vertex `A` with weight
-//! `Phi_A` has
+//! ([`NormalOf`]), the gap `g = (x - y) . n` and `dGamma = fade(g_c) psi w j`, with the gap `g_c` along
+//! the normal of the contactor, the weight `psi` of the angle between the facets (`facing`) and
+//! `j = |nu|` now or in the reference configuration. With the coefficients `c_a = N_a` on the contactor
+//! and `-M_b` on the target, vertex `A` with weight `Phi_A` has
 //!
 //! `kappa = int Phi_A`, `W = int Phi_A g`, `N = int Phi_A n`, `D_a = int Phi_A c_a`, `V_a = int
 //! Phi_A n c_a`.
@@ -131,7 +131,7 @@ pub struct FacetPair<'a, const D: usize> {
     pub range: Range,
     /// Extent across the plane.
     pub across: AcrossPlane,
-    /// The side whose normal gap and pressure have.
+    /// The side that gives the normal.
     pub normal_of: NormalOf,
 }
 
@@ -340,6 +340,9 @@ pub(super) struct Variation<const D: usize> {
     /// Of the measure without the fading weight.
     pub whole: ByNodes<D>,
     pub gap: ByNodes<D>,
+    /// Of the distance along the normal of the contactor, if the normal is that of the target and the
+    /// point fades.
+    reach: ByNodes<D>,
     /// Of the normal by the nodes of its side, at a fixed point of the facet.
     pub turns: [Tensor<D>; MOST_NODES],
     /// Of the normal by the coordinates of the point on its side.
@@ -359,6 +362,7 @@ impl<const D: usize> Variation<D> {
             stretch: none,
             whole: none,
             gap: none,
+            reach: none,
             turns: [Tensor::zeros(); MOST_NODES],
             bends: [Vector::zeros(); 2],
             normal: [none; D],
@@ -793,11 +797,11 @@ impl<const D: usize> FacetPair<'_, D> {
         let outward = vector_area / size;
         let normal = match self.normal_of {
             NormalOf::Contactor => -outward,
-            NormalOf::Target => facet_normal(&shape::tangents(&target, opposite.nodes)).normalize(),
+            NormalOf::Target => facet_normal(&shape::tangents(&target, opposite.nodes)).try_normalize(0.0)?,
         };
         let chord = x - y;
         let gap = chord.dot(&normal);
-        let fade = self.range.fade(gap).map(|part| part * facing.part);
+        let fade = self.range.fade(-chord.dot(&outward)).map(|part| part * facing.part);
         let [counts, fading, _] = fade;
         if counts == 0.0 {
             return None;
@@ -857,7 +861,7 @@ impl<const D: usize> FacetPair<'_, D> {
         };
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let Variation { xi, eta, weight, measure, stretch: by_size, whole, gap: by_gap, .. } = variation;
-        let Variation { turns, bends: along, normal: by_normal, .. } = variation;
+        let Variation { reach, turns, bends: along, normal: by_normal, .. } = variation;
         for (b, by_gap) in by_gap.iter_mut().enumerate().take(all) {
             *by_gap = (normal * point.coefficient(b, first)).into();
         }
@@ -923,7 +927,27 @@ impl<const D: usize> FacetPair<'_, D> {
         measure.fill(0.0);
         add_multiple(measure, whole, counts);
         if fading != 0.0 {
-            add_multiple(measure, by_gap, fading * segment.weight * stretch);
+            let by_reach = match self.normal_of {
+                NormalOf::Contactor => by_gap,
+                NormalOf::Target => {
+                    let turned_by = -tangential_projector(&outward) / size;
+                    for (b, reach) in reach.iter_mut().enumerate().take(all) {
+                        *reach = (-outward * point.coefficient(b, first)).into();
+                    }
+                    for (reach, gradient) in reach[..first].iter_mut().zip(&point.contactor.gradient) {
+                        let turn = turned_by * area_variation(&tangents, gradient);
+                        add_multiple(reach, turn.tr_mul(&chord).as_slice(), 1.0);
+                    }
+                    let reach = reach[..all].as_flattened_mut();
+                    for k in 0..D - 1 {
+                        let along = turned_by * area_slopes[k];
+                        add_multiple(reach, row(&xi[k], all), along.dot(&chord) - tangents[k].dot(&outward));
+                        add_multiple(reach, row(&eta[k], all), others[k].dot(&outward));
+                    }
+                    reach
+                }
+            };
+            add_multiple(measure, by_reach, fading * segment.weight * stretch);
         }
         let by_size = by_size[..first].as_flattened_mut();
         add_multiple(whole, by_size, 1.0);

@@ -39,8 +39,8 @@ pub struct VertexFacet {
     pub size: f64,
     /// Undeformed area, in axisymmetry of the whole revolution [m, m^2].
     pub area: f64,
-    /// Whether a corner lies on a sharp edge of the surface or on its boundary. For corners of other ranks
-    /// see [`VertexSurface::set_edges_of_others`].
+    /// Whether a corner lies on a sharp edge of the surface or on its boundary, see
+    /// [`VertexSurface::mark_edges`].
     pub at_edge: bool,
     /// `int Phi_A Phi_B` over the undeformed facet [m, m^2]; for a lumped facet `int Phi_A` on the
     /// diagonal.
@@ -70,8 +70,6 @@ struct Numbering {
     vertices: Vec<u32>,
     /// For each vertex its number among those of its node.
     parts: Vec<u32>,
-    /// Whether each vertex is on a sharp edge of the surface or on its boundary.
-    at_edge: Vec<bool>,
     /// For each facet the vertices at its corners; `None` at nodes of other ranks.
     of_corners: Vec<[Option<u32>; 4]>,
 }
@@ -79,29 +77,16 @@ struct Numbering {
 impl Numbering {
     /// Numbers the vertices of `facets` at the first `owned` nodes.
     fn new<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], owned: usize, edges: SharpEdges) -> Self {
-        let mut around: BTreeMap<u32, Vec<(usize, usize)>> = BTreeMap::new();
-        let mut nodes = Vec::new();
-        for (number, &facet) in facets.iter().enumerate() {
-            mesh.facet_nodes(facet, &mut nodes);
-            let corners = mesh.facet_kind(facet).corners();
-            for (corner, &node) in nodes[..corners].iter().enumerate() {
-                if (node as usize) < owned {
-                    around.entry(node).or_default().push((number, corner));
-                }
-            }
-        }
-        let mut numbering = Self {
-            vertices: Vec::new(),
-            parts: Vec::new(),
-            at_edge: Vec::new(),
-            of_corners: vec![[None; 4]; facets.len()],
-        };
-        for (node, places) in around {
-            let corners: Vec<_> =
-                places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner)).collect();
+        let mut numbering =
+            Self { vertices: Vec::new(), parts: Vec::new(), of_corners: vec![[None; 4]; facets.len()] };
+        for (node, places) in corners_around(mesh, facets, owned) {
             let parts = match edges {
                 SharpEdges::Joined => vec![0; places.len()],
-                SharpEdges::Divided => smooth_parts(&corners),
+                SharpEdges::Divided => {
+                    let corners =
+                        places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner));
+                    smooth_parts(&corners.collect::<Vec<_>>())
+                }
             };
             let first = numbering.vertices.len() as u32;
             for (part, (number, corner)) in parts.iter().zip(places) {
@@ -110,10 +95,39 @@ impl Numbering {
             let count = parts.iter().max().map_or(0, |last| last + 1);
             numbering.vertices.extend((0..count).map(|_| node));
             numbering.parts.extend(0..count);
-            numbering.at_edge.extend(std::iter::repeat_n(is_at_edge(&corners), count as usize));
         }
         numbering
     }
+}
+
+/// The corners of `facets` at each of the first `owned` nodes: number of the facet, and of its corner.
+fn corners_around<const D: usize>(
+    mesh: &Mesh<D>,
+    facets: &[Facet],
+    owned: usize,
+) -> BTreeMap<u32, Vec<(usize, usize)>> {
+    let mut around: BTreeMap<u32, Vec<(usize, usize)>> = BTreeMap::new();
+    let mut nodes = Vec::new();
+    for (number, &facet) in facets.iter().enumerate() {
+        mesh.facet_nodes(facet, &mut nodes);
+        let corners = mesh.facet_kind(facet).corners();
+        for (corner, &node) in nodes[..corners].iter().enumerate() {
+            if (node as usize) < owned {
+                around.entry(node).or_default().push((number, corner));
+            }
+        }
+    }
+    around
+}
+
+/// The nodes, among the first `owned` ones, on sharp edges of the surface of these `facets` and on its
+/// boundary, in ascending order.
+pub fn edge_nodes<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], owned: usize) -> Vec<u32> {
+    let at_edge = |(node, places): (u32, Vec<(usize, usize)>)| {
+        let corners = places.iter().map(|&(number, corner)| corner_of(mesh, facets[number], corner));
+        is_at_edge(&corners.collect::<Vec<_>>()).then_some(node)
+    };
+    corners_around(mesh, facets, owned).into_iter().filter_map(at_edge).collect()
 }
 
 /// The undeformed facet at one of its corners.
@@ -147,7 +161,6 @@ pub struct VertexSurface<const D: usize> {
     reference_points: Vec<Vector<D>>,
     vertices: Vec<u32>,
     parts: Vec<u32>,
-    at_edge: Vec<bool>,
     reference_area: Vec<f64>,
     /// Facets around vertex `p`: `around[first[p]..first[p + 1]]`.
     first: Vec<u32>,
@@ -175,7 +188,6 @@ impl<const D: usize> VertexSurface<D> {
             reference_area: vec![0.0; numbering.vertices.len()],
             vertices: numbering.vertices,
             parts: numbering.parts,
-            at_edge: numbering.at_edge,
             first: Vec::new(),
             around: Vec::new(),
             plane: mesh.plane,
@@ -199,7 +211,7 @@ impl<const D: usize> VertexSurface<D> {
                 });
             }
             let nodes = first..surface.nodes.len();
-            let at_edge = vertices.iter().flatten().any(|&vertex| surface.at_edge[vertex as usize]);
+            let at_edge = false;
             surface.facets.push(VertexFacet { facet, kind, vertices, size, area, at_edge, shares, nodes });
         }
         surface.link();
@@ -279,18 +291,11 @@ impl<const D: usize> VertexSurface<D> {
         &self.parts
     }
 
-    /// Local nodes of this rank on sharp edges of the surface and on its boundary, in ascending order.
-    pub fn edge_nodes(&self) -> Vec<u32> {
-        let at_edge = self.vertices.iter().zip(&self.at_edge).filter(|(_, at_edge)| **at_edge);
-        at_edge.map(|(&node, _)| node).collect()
-    }
-
-    /// Marks the facets with a corner at a node of another rank that lies on an edge.
-    pub fn set_edges_of_others(&mut self, is_at_edge: impl Fn(u32) -> bool) {
+    /// Marks the facets with a corner at an edge, given by its local nodes.
+    pub fn mark_edges(&mut self, is_at_edge: impl Fn(u32) -> bool) {
         for facet in &mut self.facets {
             let corners = &self.nodes[facet.nodes.clone()][..facet.kind.corners()];
-            let others = corners.iter().zip(&facet.vertices).filter(|(_, vertex)| vertex.is_none());
-            facet.at_edge |= others.into_iter().any(|(&node, _)| is_at_edge(node));
+            facet.at_edge = corners.iter().any(|&node| is_at_edge(node));
         }
     }
 
