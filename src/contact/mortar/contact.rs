@@ -272,7 +272,7 @@ impl<const D: usize> VertexContact<D> {
                 sum.cover += integrals.cover;
                 sum.gap += own.gap;
                 sum.normal += own.normal;
-                if self.target.obstacle().is_some() {
+                if !self.has_segments() {
                     sum.depth = sum.depth.max(own.depth);
                 }
                 for (slip, field) in sum.slips.iter_mut().zip([&gathered.velocities, &gathered.increments]) {
@@ -286,17 +286,23 @@ impl<const D: usize> VertexContact<D> {
             }
         });
         pairs.sort_by_key(|pair| (pair.facet, pair.target));
-        if self.target.obstacle().is_none() {
+        if self.has_segments() {
             self.add_depths(&pairs, &mut sums);
         }
         for (vertex, sums) in sums.iter_mut().enumerate() {
             let mut size = self.surface.size_of(vertex, self.share);
-            if self.target.obstacle().is_some() {
+            if !self.has_segments() {
                 size = VertexSize { facets: 0.0, ..size };
             }
             sums.finish(&size);
         }
         Overlap { pairs, sums }
+    }
+
+    /// Whether gaps are means over segments. Otherwise every vertex has the depth of its own points, and no
+    /// gap is limited by how much of the facets is covered.
+    fn has_segments(&self) -> bool {
+        self.target.obstacle().is_none()
     }
 
     /// Adds the depths of facets below a body to their vertices. If the covered

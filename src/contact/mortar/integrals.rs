@@ -116,6 +116,11 @@ impl<'a, const D: usize> Opposite<'a, D> {
             Self::Obstacle(_) => &[],
         }
     }
+
+    /// Whether the points lie on segments, so that only a part of the contactor facet may be covered.
+    pub fn has_segments(&self) -> bool {
+        matches!(self, Self::Facet(_))
+    }
 }
 
 /// A contactor facet and the opposite side.
@@ -467,7 +472,7 @@ impl<const D: usize> FacetPair<'_, D> {
     /// The integrals; `None` if the facets have no common segment.
     pub fn integrate(&self, workspace: &mut PairWorkspace<D>) -> Option<PairIntegrals<D>> {
         let mut found: Option<PairIntegrals<D>> = None;
-        let everywhere = matches!(self.target, Opposite::Facet(_));
+        let everywhere = self.target.has_segments();
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
         self.sweep(Want::Points, &mut workspace.point, |point, _| {
@@ -763,9 +768,10 @@ impl<const D: usize> FacetPair<'_, D> {
                     degree,
                     want,
                     &mut |segment, moves| {
-                        let pieces = [below, above];
                         let request = (want, &facing);
-                        let point = self.point(target, pieces, segment, moves, request, variation);
+                        let point = self.point(target, segment, request, variation, |variation| {
+                            self.spread_moves(target.kind, [below, above], moves, variation)
+                        });
                         if let Some(point) = point {
                             visit(&point, variation);
                         }
@@ -775,14 +781,18 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
+    /// The quantities of a point between two facets, with their variations if these are requested; `None` if
+    /// the point has no weight.
+    ///
+    /// `moves` sets the derivatives of the coordinates and of the weight by the nodes, which follow from how
+    /// the point is found. All other derivatives follow from them.
     fn point(
         &self,
         opposite: &PlacedFacet<'_, D>,
-        pieces: [&FacetPiece; 2],
         segment: &SegmentPoint<D>,
-        moves: &PointVariation<D>,
         (want, facing): (Want, &PairFacing<D>),
         variation: &mut Variation<D>,
+        moves: impl FnOnce(&mut Variation<D>),
     ) -> Option<Point<D>> {
         let contactor = FacetShape::at(self.contactor.kind, segment.xi);
         let target = FacetShape::at(opposite.kind, segment.eta);
@@ -839,11 +849,7 @@ impl<const D: usize> FacetPair<'_, D> {
         if want == Want::Points {
             return Some(point);
         }
-        for k in 0..D - 1 {
-            self.spread(opposite.kind, pieces, &moves.xi[k], &mut variation.xi[k]);
-            self.spread(opposite.kind, pieces, &moves.eta[k], &mut variation.eta[k]);
-        }
-        self.spread(opposite.kind, pieces, &moves.weight, &mut variation.weight);
+        moves(variation);
         let bends = bends(self.contactor.kind, segment.xi, self.contactor.nodes);
         let area_slopes = area_slopes(&tangents, &bends);
         let by_radius = self.across.plane.depth_slope() * per_depth;
@@ -953,6 +959,21 @@ impl<const D: usize> FacetPair<'_, D> {
         add_multiple(whole, by_size, 1.0);
         by_size.iter_mut().for_each(|by| *by *= counts);
         Some(point)
+    }
+
+    /// Sets the derivatives of coordinates and weight by the nodes, from those by the corners of two pieces.
+    fn spread_moves(
+        &self,
+        target: ElementKind,
+        pieces: [&FacetPiece; 2],
+        moves: &PointVariation<D>,
+        variation: &mut Variation<D>,
+    ) {
+        for k in 0..D - 1 {
+            self.spread(target, pieces, &moves.xi[k], &mut variation.xi[k]);
+            self.spread(target, pieces, &moves.eta[k], &mut variation.eta[k]);
+        }
+        self.spread(target, pieces, &moves.weight, &mut variation.weight);
     }
 
     /// Derivatives by the nodes, from those by the corners of two pieces.
