@@ -394,8 +394,9 @@ fn a_sharp_block_is_dragged_by_either_side() {
             let [one, other] = roles.map(|roles| dragged(young, roles, penalty, "2.5e-2"));
             println!("forces {one:?} and {other:?}");
             assert!((one[1] - other[1]).abs() < 0.01 * one[1].abs(), "{one:?} {other:?}");
-            // Friction at the two corners, where pressures are singular, is resolved by the facets of the contactor: 8 % at most here.
-            assert!((one[0] - other[0]).abs() < 0.09 * one[0].abs(), "{one:?} {other:?}");
+            // Friction at the two corners, where pressures are singular, is resolved by the facets of the
+            // contactor: 1.9 % at most here.
+            assert!((one[0] - other[0]).abs() < 0.025 * one[0].abs(), "{one:?} {other:?}");
             if penalty == 1000.0 {
                 for (roles, long) in roles.into_iter().zip([one, other]) {
                     let short = dragged(young, roles, penalty, "5.0e-3");
