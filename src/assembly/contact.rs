@@ -17,7 +17,6 @@ use crate::contact::state::{Changes, ContactState, SquaredForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
 use crate::contact::totals::ContactEnergy;
-use crate::dynamics::FrictionMode;
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, PlaneState};
 use crate::model::{self, InitialOverclosure, Target};
@@ -41,7 +40,8 @@ pub struct LocalContact<const D: usize> {
     /// Smallest Young's modulus of the elements beneath the facets of both sides \[Pa\], the reference for
     /// penalties.
     pub softer: f64,
-    /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
+    /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\]: the largest one of
+    /// the springs that represent the contact in the matrix of joined bodies.
     pub beneath: f64,
     /// Requested penetration tolerance \[m\]; `None` if there is no limit.
     pub tolerance: Option<f64>,
@@ -266,17 +266,6 @@ impl<const D: usize> LocalContact<D> {
     /// Laws of the contact.
     pub fn law(&self) -> &ContactLaw {
         &self.pair.contact.law
-    }
-
-    /// Largest stiffness of the springs that represent the contact in the matrix of joined bodies
-    /// \[Pa/m\].
-    ///
-    /// Frictionless contact has softer springs, because multigrid that joins nodes across them
-    /// would also tie sliding.
-    pub fn joint(&self, friction: FrictionMode) -> f64 {
-        const SLIDING: f64 = 0.2;
-        let sticks = friction == FrictionMode::AsGiven && self.law().friction.is_some();
-        if sticks { self.beneath } else { SLIDING * self.beneath }
     }
 
     /// Laws of the contact, which may be changed between steps.

@@ -132,7 +132,7 @@ impl<const D: usize> ContactSystem<D> {
                 stiffness: Some(TermSelection {
                     terms,
                     velocity_shift: shifts.velocity,
-                    joint: joined.then(|| contact.joint(friction)),
+                    joint: joined.then_some(contact.beneath),
                 }),
                 hold,
                 branches: Branches::Linearised,
