@@ -1,11 +1,15 @@
 //! Blocks and laws for the tests of contact between bodies.
 
 use super::damping::ContactDamping;
+use super::evaluation::AreaKind;
 use super::friction::coefficient::Constant;
 use super::friction::{Coulomb, Friction, Regularization};
+use super::mortar::contact::VertexContact;
+use super::mortar::integrals::NormalOf;
+use super::mortar::surface::VertexSurface;
 use super::normal::NormalLaw;
 use super::point::ContactLaw;
-use super::target::{TargetFacets, TargetSurface};
+use super::target::{ContactTarget, TargetFacets, TargetSurface};
 use crate::mesh::{BoxShape, ElementKind, Mesh};
 
 pub const COMPLIANCE: f64 = 1e-8;
@@ -16,6 +20,20 @@ pub fn coulomb(mu: f64, regularization: Regularization) -> Friction {
 
 pub fn penalty(friction: Option<Friction>) -> ContactLaw {
     ContactLaw { normal: NormalLaw::penalty(COMPLIANCE), friction, damping: ContactDamping::default() }
+}
+
+/// A contact without friction that has no memory of its start.
+pub fn frictionless<const D: usize>(surface: VertexSurface<D>, target: ContactTarget<D>) -> VertexContact<D> {
+    VertexContact {
+        surface,
+        target,
+        law: penalty(None),
+        area: AreaKind::Current,
+        depth: 0.5,
+        share: 1.0,
+        closed: 0.0,
+        edge_normal: NormalOf::Contactor,
+    }
 }
 
 /// A box whose lateral extent is `across` in each direction, its height `up`.

@@ -166,12 +166,10 @@ impl<const D: usize> Slab<D> {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::super::integrals::NormalOf;
     use super::super::surface::{SharpEdges, VertexSurface};
     use super::*;
-    use crate::contact::evaluation::AreaKind;
     use crate::contact::nodal::at;
-    use crate::contact::pair_scene::{block, penalty, target};
+    use crate::contact::pair_scene::{block, frictionless, target};
     use crate::contact::surface::Ownership;
     use crate::contact::target::ContactTarget;
     use crate::mesh::{Mesh, merge};
@@ -202,16 +200,8 @@ mod tests {
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
         let contactor = &mesh.facet_sets["inner.top"];
-        let contact = VertexContact {
-            surface: VertexSurface::new(&mesh, contactor, &ownership, |_| false, SharpEdges::Joined),
-            target: ContactTarget::Body(target(&mesh, &["outer.bottom"])),
-            law: penalty(None),
-            area: AreaKind::Current,
-            depth: 0.5,
-            share: 1.0,
-            closed: 0.0,
-            edge_normal: NormalOf::Contactor,
-        };
+        let surface = VertexSurface::new(&mesh, contactor, &ownership, |_| false, SharpEdges::Joined);
+        let contact = frictionless(surface, ContactTarget::Body(target(&mesh, &["outer.bottom"])));
         (contact, mesh.points.len() * D)
     }
 

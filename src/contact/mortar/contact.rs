@@ -58,7 +58,8 @@ pub struct VertexContact<const D: usize> {
     /// [`CLOSABLE`], or zero if forces conserve over a step and no gap is closed at the start. Their matrix is
     /// inaccurate in pairs of facets within which the weight changes steeply.
     pub closed: f64,
-    /// The side that gives the normal at edges of the contactor, where the target has none.
+    /// The side whose normal is used where the contactor facet lies at an edge and the target facet does
+    /// not.
     ///
     /// It is the target: the contactor may be steep beside an edge, and forces along its normals
     /// would drag the edge along a flat target. Forces along the normal of the target have a small

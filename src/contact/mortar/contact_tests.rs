@@ -3,10 +3,9 @@
 
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
-use crate::contact::mortar::integrals::NormalOf;
 use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::{NORMAL_LAWS, NormalPowerLaw};
-use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, penalty, target};
+use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, frictionless, penalty, target};
 use crate::contact::point::TermSelection;
 use crate::contact::point::step::stored;
 use crate::contact::surface::Ownership;
@@ -80,16 +79,7 @@ impl<const D: usize> PairScene<D> {
         let couples: Vec<(u32, u32)> =
             (0..facets).flat_map(|f| (0..target.count() as u32).map(move |t| (f, t))).collect();
         let state = ContactState::new(surface.vertices().len());
-        let contact = VertexContact {
-            surface,
-            target: ContactTarget::Body(target),
-            law: penalty(None),
-            area: AreaKind::Current,
-            depth: 0.5,
-            share: 1.0,
-            closed: 0.0,
-            edge_normal: NormalOf::Contactor,
-        };
+        let contact = frictionless(surface, ContactTarget::Body(target));
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of(couples);
         Self { mesh, contact, candidates, v: rest.clone(), u_start: rest.clone(), u: rest, state }

@@ -6,11 +6,10 @@ use super::super::obstacle::is_lumped;
 use super::tests::{CONTACT_TERMS, Dense, PairScene, error_over_step, rate, regimes, stored_energy};
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction};
-use crate::contact::mortar::integrals::NormalOf;
 use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::NORMAL_LAWS;
 use crate::contact::obstacle::{Plane, Shape, sample_shapes};
-use crate::contact::pair_scene::{block, coulomb, penalty};
+use crate::contact::pair_scene::{block, coulomb, frictionless, penalty};
 use crate::contact::point::step::stored;
 use crate::contact::state::{Hold, Keep};
 use crate::contact::surface::Ownership;
@@ -61,16 +60,8 @@ impl<const D: usize> PairScene<D> {
         let lumped = |kind| is_lumped(&**obstacle, kind, mesh.plane);
         let surface = VertexSurface::new(&mesh, facets, &ownership, lumped, SharpEdges::Divided);
         let state = ContactState::new(surface.vertices().len());
-        let contact = VertexContact {
-            surface,
-            target: ContactTarget::Obstacle(obstacle.clone().into()),
-            law: penalty(None),
-            area: AreaKind::Current,
-            depth: f64::MAX,
-            share: 1.0,
-            closed: 0.0,
-            edge_normal: NormalOf::Contactor,
-        };
+        let target = ContactTarget::Obstacle(obstacle.clone().into());
+        let contact = VertexContact { depth: f64::MAX, ..frictionless(surface, target) };
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of((0..facets.len() as u32).map(|facet| (facet, 0)).collect());
         Self { mesh, contact, candidates, v: rest.clone(), u_start: rest.clone(), u: rest, state }
