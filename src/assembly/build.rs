@@ -87,7 +87,7 @@ pub(super) fn contacts<const D: usize>(
     for contact in wanted {
         let measures = measures(world, local, bodies, contact)?;
         let mut own = agree(world, LocalContact::new(contact, &measures, local))?;
-        if let Target::Surface { set, .. } = &contact.target {
+        if let (Target::Surface { set, .. }, false) = (&contact.target, contact.keeps_momentum) {
             let contactor = edge_marks(world, local, &contact.contactor)?;
             let target = edge_marks(world, local, set)?;
             let [contactor, target] = [contactor, target].map(|marks| move |node| marks[node as usize]);

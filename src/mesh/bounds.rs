@@ -67,7 +67,7 @@ impl<const D: usize> Bounds<D> {
     }
 
     /// Whether the segment between two points comes within rounding of the box: a billionth of the
-    /// lengths of box and segment.
+    /// lengths of box and segment. Half and twice that find the same walls in the tests.
     pub fn meets_segment(&self, [from, to]: [[f64; D]; 2]) -> bool {
         const ROUNDING: f64 = 1e-9;
         let size = (0..D).map(|k| (to[k] - from[k]).abs()).fold(self.extent(), f64::max);

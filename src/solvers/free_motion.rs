@@ -249,6 +249,7 @@ fn null_space(a: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
 /// The columns of `basis`, combined so that each has a one where the others have zeros, as early as
 /// possible: the same for every basis of a space.
 fn reduced(basis: &DMatrix<f64>) -> DMatrix<f64> {
+    // Coefficients are of order one and have errors of rounding.
     const ZERO: f64 = 1e-6;
     let mut all = basis.clone();
     let mut done = 0;

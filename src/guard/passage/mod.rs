@@ -88,9 +88,9 @@ pub fn missed_contact<const D: usize>(
     Ok(None)
 }
 
-/// Names the position before the deformation and the body of the first of the `points` of all
-/// ranks, in the order of the coordinates, the same on all ranks. At least one rank has a point.
-/// Collective.
+/// Names the position before the deformation and the body of one of the `points` of all ranks: the
+/// one with the smallest coordinates, x first. It is the same on all ranks. At least one rank has a
+/// point. Collective.
 fn first_place<const D: usize>(system: &ContactSystem<D>, points: &[BodyPoint<D>]) -> String {
     let world = system.session().world();
     let bodies = system.bodies();
