@@ -21,7 +21,7 @@ use crate::contact::friction::Friction;
 use crate::contact::normal::NormalLaw;
 use crate::contact::obstacle::Shape;
 use crate::contact::rigid::{BodyMotion, MassProperties};
-use crate::contact::target::RigidTarget;
+use crate::contact::target::{ContactTarget, RigidTarget};
 use crate::element::Kinematics;
 use crate::error::Result;
 use crate::mesh::Mesh;
@@ -239,6 +239,35 @@ impl<const D: usize> Target<D> {
             Self::Surface { .. } => None,
         }
     }
+
+    /// Name of the set of facets; `None` for a rigid body.
+    pub fn set(&self) -> Option<&str> {
+        match self {
+            Self::Obstacle(_) => None,
+            Self::Surface { set, .. } => Some(set),
+        }
+    }
+
+    /// Indices of the bodies that have the facets.
+    pub fn bodies(&self) -> &[usize] {
+        match self {
+            Self::Obstacle(_) => &[],
+            Self::Surface { bodies, .. } => bodies,
+        }
+    }
+
+    /// The target of the contact before any facet of a set is known.
+    pub fn unknown(&self) -> ContactTarget<D> {
+        match self {
+            Self::Obstacle(target) => ContactTarget::Obstacle(target.clone()),
+            Self::Surface { .. } => ContactTarget::unknown_body(),
+        }
+    }
+
+    /// Whether the target is flat and stays so.
+    pub fn is_plane(&self) -> bool {
+        self.obstacle().is_some_and(Shape::is_plane)
+    }
 }
 
 /// A contact between a surface and its target.
@@ -283,6 +312,11 @@ impl<const D: usize> ContactModel<D> {
         self.contactor == self.target_name
     }
 
+    /// Names of the sets of facets of both sides, the contactor's first.
+    pub fn sets(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(self.contactor.as_str()).chain(self.target.set())
+    }
+
     /// The contact, with its obstacle described relative to the point nearest to `near` \[m\].
     #[must_use]
     pub fn anchored(&self, near: &Vector<D>) -> Self {
@@ -295,10 +329,7 @@ impl<const D: usize> ContactModel<D> {
 
     /// Indices of all participating bodies, each once, in ascending order.
     pub fn all_bodies(&self) -> Vec<usize> {
-        let mut all = self.bodies.clone();
-        if let Target::Surface { bodies, .. } = &self.target {
-            all.extend(bodies);
-        }
+        let mut all = [&self.bodies, self.target.bodies()].concat();
         all.sort_unstable();
         all.dedup();
         all
@@ -528,7 +559,7 @@ impl<const D: usize> Model<D> {
     /// and all targets are flat and do not rotate.
     pub fn has_symmetric_steps(&self) -> bool {
         let linear = |body: &Body| body.kinematics() == Kinematics::Linear;
-        let flat = |contact: &ContactModel<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
+        let flat = |contact: &ContactModel<D>| contact.target.is_plane();
         let rotates = self.rigid.iter().any(RigidModel::rotates);
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat) && !rotates
     }

@@ -6,7 +6,7 @@ use crate::assembly::{ContactSystem, facets_of};
 use crate::collective::Collective;
 use crate::error::{Error, Result};
 use crate::mesh::{Bounds, Facet};
-use crate::model::{self, Model, Target};
+use crate::model::{self, Model};
 
 /// Maximum number of instants at which prescribed motions are evaluated.
 const INSTANTS: f64 = 1.0e4;
@@ -101,8 +101,8 @@ pub fn require_reach<const D: usize>(
 
 /// Distance between the boxes around the two surfaces of a contact between bodies \[m\].
 fn between<const D: usize>(system: &ContactSystem<D>, contact: &model::ContactModel<D>) -> Result<f64> {
-    let Target::Surface { set, .. } = &contact.target else { return Ok(0.0) };
-    let [one, other] = [&contact.contactor, set]
+    let Some(set) = contact.target.set() else { return Ok(0.0) };
+    let [one, other] = [contact.contactor.as_str(), set]
         .map(|set| facets_of(system.bodies().local(), set).map(|facets| bounds(system, facets)));
     let (one, other) = (one?, other?);
     let apart = |k: usize| (one.low[k] - other.high[k]).max(other.low[k] - one.high[k]).max(0.0);
@@ -147,13 +147,9 @@ fn is_prescribed<const D: usize>(
     system: &ContactSystem<D>,
     contact: &model::ContactModel<D>,
 ) -> Result<bool> {
-    let mut sets = vec![&contact.contactor];
-    if let Target::Surface { set, .. } = &contact.target {
-        sets.push(set);
-    }
     let mut free = 0u64;
     let mut nodes = Vec::new();
-    for set in sets {
+    for set in contact.sets() {
         for &facet in facets_of(system.bodies().local(), set)? {
             system.bodies().local().mesh.facet_nodes(facet, &mut nodes);
             let dofs = nodes.iter().flat_map(|&node| node as usize * D..(node as usize + 1) * D);

@@ -3,7 +3,7 @@
 
 use crate::contact::passage::{Path, normal_of};
 use crate::mesh::{Bounds, BoundsTree, FacetIndex, spelled};
-use crate::model::{Model, Target};
+use crate::model::{ContactModel, Model};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector as Point;
 
@@ -15,9 +15,10 @@ const TOUCH: f64 = 1e-9;
 /// `local` is the whole mesh.
 pub fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<String> {
     let met = |body: usize| {
-        let by =
-            |target: &Target<D>| matches!(target, Target::Surface { bodies, .. } if bodies.contains(&body));
-        model.contacts.iter().any(|contact| contact.bodies.contains(&body) && by(&contact.target))
+        let is_on_both_sides = |contact: &ContactModel<D>| {
+            contact.bodies.contains(&body) && contact.target.bodies().contains(&body)
+        };
+        model.contacts.iter().any(is_on_both_sides)
     };
     let m = model.units.of("m");
     let bodies = model.bodies.iter().enumerate().filter(|(body, _)| !met(*body));

@@ -17,7 +17,7 @@ use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
 use crate::model::regions::softest_beneath;
-use crate::model::{self, MassChoice, Model, Target};
+use crate::model::{self, MassChoice, Model};
 use crate::partition::LocalMesh;
 use crate::partition::exchange::NodeExchange;
 use crate::petsc::BlockPattern;
@@ -87,7 +87,7 @@ pub(super) fn contacts<const D: usize>(
     for contact in wanted {
         let measures = measures(world, local, bodies, contact)?;
         let mut own = agree(world, LocalContact::new(contact, &measures, local))?;
-        if let (Target::Surface { set, .. }, false) = (&contact.target, contact.keeps_momentum) {
+        if let (Some(set), false) = (contact.target.set(), contact.keeps_momentum) {
             let contactor = edge_marks(world, local, &contact.contactor)?;
             let target = edge_marks(world, local, set)?;
             let [contactor, target] = [contactor, target].map(|marks| move |node| marks[node as usize]);
@@ -131,13 +131,13 @@ fn measures<const D: usize>(
     let mut most = vec![extent_of(local, contactor)];
     let mut depth = f64::MAX;
     let mut softer = softest_beneath(bodies, &local.mesh, contactor);
-    if let Target::Surface { set, bodies: owners } = &contact.target {
+    if let Some(set) = contact.target.set() {
         let target = agree(world, facets_of(local, set))?;
         softer = softer.min(softest_beneath(bodies, &local.mesh, target));
         own.extend(size_of(local, target));
         most.push(extent_of(local, target));
         // A body in contact with itself may be folded, and is then thinner than the box around it.
-        let thinner = match *owners == contact.bodies {
+        let thinner = match contact.target.bodies() == contact.bodies {
             true => height(world, local, contactor).min(height(world, local, target)),
             false => {
                 let all = contact.all_bodies().into_iter();

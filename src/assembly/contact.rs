@@ -7,19 +7,17 @@ use super::pair::{ContactPair, SearchRadii};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::contact::{CLOSABLE, VertexContact};
 use crate::contact::mortar::integrals::NormalOf;
-use crate::contact::mortar::obstacle::is_lumped;
-use crate::contact::mortar::surface::{SharpEdges, VertexSurface};
+use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::normal::PressedSide;
-use crate::contact::obstacle::Shape;
 use crate::contact::point::{ContactLaw, Status};
 use crate::contact::rigid::{BodyFrame, MotionStep};
 use crate::contact::state::{Changes, ContactState, SquaredForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
-use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
+use crate::contact::target::ContactTarget;
 use crate::contact::totals::ContactEnergy;
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, PlaneState};
-use crate::model::{self, InitialOverclosure, Target};
+use crate::model::{self, InitialOverclosure};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
 
@@ -90,20 +88,10 @@ impl<const D: usize> LocalContact<D> {
             friction: contact.friction,
             damping: contact.damping,
         };
-        let (target, opposite) = match &contact.target {
-            Target::Obstacle(target) => (ContactTarget::Obstacle(target.clone()), &[][..]),
-            Target::Surface { set, .. } => {
-                let unknown = TargetSurface::new(TargetFacets::default(), &[]);
-                (ContactTarget::Body(unknown), facets_of(local, set)?)
-            }
-        };
-        let lumped =
-            |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind, local.mesh.plane));
-        // An obstacle has one gap for each side of an edge. Over a body the mean is kept, because the
-        // side that dips in beside a corner would push the corner back.
-        let edges = if target.obstacle().is_some() { SharpEdges::Divided } else { SharpEdges::Joined };
+        let target = contact.target.unknown();
+        let opposite = contact.target.set().map_or(Ok(&[][..]), |set| facets_of(local, set))?;
         let vertices = VertexContact {
-            surface: VertexSurface::new(&local.mesh, facets, &ownership, lumped, edges),
+            surface: VertexSurface::new(&local.mesh, facets, &ownership, &target),
             law,
             area: if contact.current_area { AreaKind::Current } else { AreaKind::Reference },
             depth: measures.radii.depth,
@@ -112,10 +100,7 @@ impl<const D: usize> LocalContact<D> {
                 true => 0.0,
                 false => CLOSABLE,
             },
-            edge_normal: match target.obstacle().is_some() || contact.keeps_momentum {
-                true => NormalOf::Contactor,
-                false => NormalOf::Target,
-            },
+            edge_normal: if contact.keeps_momentum { NormalOf::Contactor } else { NormalOf::Target },
             target,
         };
         let outline = ContactSurface::new(&local.mesh, facets, &ownership);
@@ -160,11 +145,6 @@ impl<const D: usize> LocalContact<D> {
         same(vertex.checked_sub(1)) || same(Some(vertex + 1))
     }
 
-    /// The obstacle, if the target is one.
-    pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
-        self.pair.contact.target.obstacle()
-    }
-
     /// Whether both sides carry tractions as contactors, so that the forces of a pair enter twice.
     pub fn is_two_sided(&self) -> bool {
         self.pair.contact.share != 1.0
@@ -193,23 +173,12 @@ impl<const D: usize> LocalContact<D> {
         self.pair.contact.target.place(step, free)
     }
 
-    /// Largest extent of a facet of either side \[m\]. For an obstacle, the mean size of the
-    /// contactor's facets.
-    pub fn largest_facet(&self) -> f64 {
-        if self.is_deformable() { self.pair.facet() } else { self.facet_size }
-    }
-
     /// Normal stiffness at a high pressure (a tenth of the softer modulus), relative to that of the
     /// elements beneath the surface.
     pub fn relative_stiffness(&self) -> f64 {
         let law = self.law().normal;
         let modulus = self.beneath * self.facet_size;
         -law.evaluate(-law.penetration(0.1 * modulus)).derivative / self.beneath
-    }
-
-    /// Whether the target is deformable.
-    pub fn is_deformable(&self) -> bool {
-        self.obstacle().is_none()
     }
 
     /// Undeformed position of a point \[m\].
@@ -331,7 +300,7 @@ impl<const D: usize> LocalContact<D> {
     pub fn is_symmetric(&self) -> bool {
         self.target().free_body().is_none()
             && self.pair.contact.area == AreaKind::Reference
-            && self.obstacle().is_some_and(Shape::is_plane)
+            && self.target().is_plane()
     }
 
     /// Compares the forces of the points with the frozen ones.

@@ -11,10 +11,9 @@ use super::interface::{
 };
 use super::targets::{Reach, Surfaces, TargetGather};
 use crate::collective::Collective;
-use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
+use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, VertexContact};
-use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::mortar::resultant::ContactResultant;
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
@@ -193,29 +192,15 @@ impl<const D: usize> ContactPair<D> {
     /// Motion by which no vertex can pass through the target \[m\]: half a facet, and at most half
     /// the depth limit. Unlimited for a plane, which has no other side.
     pub fn stride(&self) -> f64 {
-        match self.contact.target.obstacle() {
-            Some(obstacle) if obstacle.is_plane() => f64::INFINITY,
-            _ => 0.5 * self.radii.facet.min(self.radii.depth),
+        if self.contact.target.is_plane() {
+            return f64::INFINITY;
         }
-    }
-
-    /// Whether each vertex exerts a force only on its own node, as over a plane, so that the
-    /// pattern of the elements has all blocks.
-    ///
-    /// Forces over a step act on the undeformed area. They have parts at all nodes around the
-    /// vertex, which are discrete gradients of the area.
-    fn acts_on_own_node(&self) -> bool {
-        let surface = &self.contact.surface;
-        let lumped =
-            |obstacle| surface.facets().iter().all(|facet| is_lumped(obstacle, facet.kind, surface.plane()));
-        self.pose.is_none()
-            && self.contact.area == AreaKind::Current
-            && self.contact.target.obstacle().is_some_and(lumped)
+        0.5 * self.radii.facet.min(self.radii.depth)
     }
 
     /// The nodes that vertices couple in addition to the couplings of elements, if there are any.
     pub fn wider_couplings(&self) -> Option<&Couplings> {
-        (!self.acts_on_own_node()).then_some(&self.couplings)
+        (!self.contact.acts_on_own_node()).then_some(&self.couplings)
     }
 
     /// Whether a node is on one of the two surfaces, in this rank's part of the mesh.
@@ -247,7 +232,7 @@ impl<const D: usize> ContactPair<D> {
 
     /// Distance up to which gaps are known \[m\].
     pub fn reach(&self) -> f64 {
-        if self.contact.target.obstacle().is_some() { f64::MAX } else { OPEN * self.radii.facet }
+        self.contact.known_gap(self.radii.facet)
     }
 
     /// Depth of the deepest vertex \[m\], as far as it is known and limited.
@@ -271,7 +256,7 @@ impl<const D: usize> ContactPair<D> {
         step: impl Fn(u32) -> Point<D>,
         below: f64,
     ) -> Result<()> {
-        if self.contact.target.obstacle().is_some() {
+        if !self.contact.target.has_facets() {
             return Ok(());
         }
         self.below = below;
@@ -307,7 +292,7 @@ impl<const D: usize> ContactPair<D> {
     /// `position` is the position of a local node \[m\]. `step` is its motion from the start of the
     /// step to its midpoint \[m\], or zero unless forces act over the step.
     pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Point<D>) -> bool {
-        let Some(gather) = &self.gather else { return self.contact.target.obstacle().is_none() };
+        let Some(gather) = &self.gather else { return self.contact.target.has_facets() };
         let [contactor, target] = gather.motion(position);
         let beyond = (2.0 * self.swing.beside(&self.nodes, step) - self.swing.relative()).max(0.0);
         !gather.holds([2.0 * contactor.max(target), beyond])
@@ -412,7 +397,7 @@ impl<const D: usize> ContactPair<D> {
         own: &mut [f64],
         mut remote: RemoteForce,
     ) {
-        let own_node = self.acts_on_own_node();
+        let own_node = self.contact.acts_on_own_node();
         let pose = self.contact.target.pose_nodes();
         for (vertex, _) in state.current.iter().enumerate().filter(|(_, point)| point.is_closed()) {
             let nodes = match own_node {

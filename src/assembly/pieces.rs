@@ -11,7 +11,7 @@ use super::elastic::ElasticSupports;
 use super::supports::Supports;
 use crate::collective::Collective;
 use crate::mesh::{DisjointSets, Mesh, spelled};
-use crate::model::{Model, Target};
+use crate::model::Model;
 use crate::partition::LocalMesh;
 
 /// Properties of a piece, with the same values on all ranks.
@@ -231,11 +231,7 @@ fn touched<const D: usize>(
 ) -> Vec<bool> {
     let mut own = vec![0u8; count];
     for contact in &model.contacts {
-        let target = match &contact.target {
-            Target::Surface { set, .. } => Some(set),
-            Target::Obstacle(_) => None,
-        };
-        for set in std::iter::once(&contact.contactor).chain(target) {
+        for set in contact.sets() {
             for facet in mesh.facet_sets.get(set).into_iter().flatten() {
                 own[group[mesh.piece[facet.element as usize] as usize]] = 1;
             }

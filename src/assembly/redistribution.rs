@@ -26,7 +26,7 @@ use super::solid::SolidElements;
 use crate::collective::Collective;
 use crate::error::{Error, Result, agree};
 use crate::mesh::Facet;
-use crate::model::{MassChoice, Model, Target};
+use crate::model::{MassChoice, Model};
 use crate::partition::LocalMesh;
 use crate::petsc::{Session, Vector};
 
@@ -292,11 +292,7 @@ fn touching<const D: usize>(
     let mut touches = vec![false; local.index.owned];
     let mut nodes = Vec::new();
     for contact in &model.contacts {
-        let target = match &contact.target {
-            Target::Surface { set, .. } => Some(set),
-            Target::Obstacle(_) => None,
-        };
-        for set in std::iter::once(&contact.contactor).chain(target) {
+        for set in contact.sets() {
             let of_wanting =
                 |facet: &&Facet| wanting.contains(&usize::from(local.mesh.body[facet.element as usize]));
             for &facet in facets_of(local, set)?.iter().filter(of_wanting) {

@@ -52,9 +52,9 @@ pub fn resolve_overclosure<const D: usize>(
     local: &mut LocalMesh<D>,
     contact: &ContactModel<D>,
     units: Units,
-    obstacle: &dyn Shape<D>,
     known: f64,
-) -> Result<Overclosure<D>> {
+) -> Result<Option<Overclosure<D>>> {
+    let Some(obstacle) = contact.target.obstacle() else { return Ok(None) };
     let facets = agree(world, facets_of(local, &contact.contactor).map(<[Facet]>::to_vec))?;
     let mut nodes = Vec::new();
     let mut of_facet = Vec::new();
@@ -82,7 +82,7 @@ pub fn resolve_overclosure<const D: usize>(
             move_onto(&mut local.mesh.points[node as usize], obstacle, apart, is_revolved);
         }
     }
-    Ok(found)
+    Ok(Some(found))
 }
 
 /// Finds contact points below a target, evaluated on the undeformed bodies, and treats them as the

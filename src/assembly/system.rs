@@ -105,20 +105,11 @@ impl<const D: usize> ContactSystem<D> {
         let world = session.world();
         let extent = Extent::of(world, &local);
         let known = extent.known_length();
-        let mut overclosures = Vec::with_capacity(model.contacts.len());
+        let mut of_nodes = Vec::with_capacity(model.contacts.len());
         let middle = middle_of(world, &local);
         let anchored: Vec<_> = model.contacts.iter().map(|contact| contact.anchored(&middle)).collect();
         for contact in &anchored {
-            if let Some(obstacle) = contact.target.obstacle() {
-                overclosures.push(resolve_overclosure(
-                    world,
-                    &mut local,
-                    contact,
-                    model.units,
-                    obstacle,
-                    known,
-                )?);
-            }
+            of_nodes.push(resolve_overclosure(world, &mut local, contact, model.units, known)?);
         }
         let bodies = Bodies::new(session, local, model, extent, options.inertia)?;
         let mut contacts = contacts(world, &bodies.local, &model.bodies, &anchored)?;
@@ -153,7 +144,7 @@ impl<const D: usize> ContactSystem<D> {
                 external: vec![0.0; rows],
                 springs: vec![0.0; rows],
             },
-            overclosures,
+            overclosures: Vec::new(),
             continuation: Continuation { start_factor: 0.0, ..Continuation::default() },
             split: Split::Monolithic,
             linearised_at: None,
@@ -163,13 +154,14 @@ impl<const D: usize> ContactSystem<D> {
             phases: Phases::register(session)?,
         };
         if !system.contacts.is_empty() {
-            system.meet_undeformed(model)?;
+            system.meet_undeformed(model, of_nodes)?;
         }
         Ok(system)
     }
 
-    /// Finds the targets of deformable contacts and the initial gaps. Collective.
-    fn meet_undeformed(&mut self, model: &Model<D>) -> Result<()> {
+    /// Gathers the facets of targets and finds the initial gaps. Contacts with an obstacle already have an
+    /// overclosure, that of their nodes. Collective.
+    fn meet_undeformed(&mut self, model: &Model<D>, of_nodes: Vec<Option<Overclosure<D>>>) -> Result<()> {
         let zero = vec![0.0; self.bodies.local.mesh.points.len() * D];
         self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero }, OverStep::No)?;
         self.note_undeformed();
@@ -182,16 +174,18 @@ impl<const D: usize> ContactSystem<D> {
             add_contact_forces(interface, &mut self.contacts, world, phases, &request, &mut force, || ());
         }
         let known = self.bodies.extent.known_length();
-        for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
-            // Over an obstacle the nodes decide what is an error, and have been reported.
-            if !contact.is_deformable() && !given.initial_overclosure.is_removed() {
-                continue;
-            }
-            let units = self.bodies.units;
-            let found = resolve_overclosure_of_points(session.world(), given, units, contact, known)?;
-            if contact.is_deformable() {
-                self.overclosures.insert(at, found);
-            }
+        let units = self.bodies.units;
+        for ((contact, given), of_nodes) in self.contacts.iter_mut().zip(&model.contacts).zip(of_nodes) {
+            let overclosure = match of_nodes {
+                // The nodes decide what is an error.
+                Some(of_nodes) if !given.initial_overclosure.is_removed() => of_nodes,
+                of_nodes => {
+                    let of_points =
+                        resolve_overclosure_of_points(session.world(), given, units, contact, known)?;
+                    of_nodes.unwrap_or(of_points)
+                }
+            };
+            self.overclosures.push(overclosure);
         }
         Ok(())
     }

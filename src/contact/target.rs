@@ -159,6 +159,11 @@ pub enum ContactTarget<const D: usize> {
 }
 
 impl<const D: usize> ContactTarget<D> {
+    /// A deformable body of which no facet is known yet.
+    pub fn unknown_body() -> Self {
+        Self::Body(TargetSurface { facets: TargetFacets::default(), reference_points: Vec::new() })
+    }
+
     /// The facets; `None` for an obstacle.
     pub fn body(&self) -> Option<&TargetSurface<D>> {
         match self {
@@ -173,6 +178,16 @@ impl<const D: usize> ContactTarget<D> {
             Self::Body(_) => None,
             Self::Obstacle(target) => Some(&*target.shape),
         }
+    }
+
+    /// Whether the target has facets, which are gathered from all ranks. Otherwise it is known everywhere.
+    pub fn has_facets(&self) -> bool {
+        self.body().is_some()
+    }
+
+    /// Whether the target is flat and stays so.
+    pub fn is_plane(&self) -> bool {
+        self.obstacle().is_some_and(Shape::is_plane)
     }
 
     /// Places a moving rigid target for the evaluations of a step. `free` are the frames of the

@@ -51,7 +51,7 @@ pub fn slides<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<S
     let slide =
         |(contact, ([motion, slid], [force, x, y, z])): (&&LocalContact<D>, ([f64; 2], [f64; 4]))| Slide {
             contact: contact.name.clone(),
-            facet: contact.largest_facet(),
+            facet: contact.pair.facet(),
             motion,
             slid,
             centre: (force > 0.0).then(|| [x, y, z].map(|moment| moment / force)),
@@ -84,7 +84,7 @@ fn slid_and_pressed<const D: usize>(contact: &LocalContact<D>) -> (f64, [f64; 4]
     let points = contact.state.current.iter().zip(contact.gaps());
     for (point, (_, place)) in points.filter(|(point, _)| point.is_closed()) {
         let force = point.normal_traction * point.area;
-        if contact.is_deformable() {
+        if contact.target().has_facets() {
             slid = slid.max(point.slip_increment.norm());
         }
         sums[0] += force;

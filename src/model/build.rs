@@ -173,11 +173,7 @@ impl<const D: usize> Model<D> {
                 bodies: bodies_of(case, &contact.target),
             },
         };
-        let opposite = match &target {
-            Target::Surface { bodies, .. } => &bodies[..],
-            Target::Obstacle(_) => &[],
-        };
-        let both = owners.iter().chain(opposite);
+        let both = owners.iter().chain(target.bodies());
         let softer = both.map(|&body| bodies[body].softest_modulus()).fold(f64::INFINITY, f64::min);
         ContactModel {
             name: name.to_owned(),

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{ContactModel, Model, Target};
+use super::{ContactModel, Model};
 use crate::mesh::{Bounds, BoundsTree, Facet, FacetIndex, Mesh};
 use crate::space::facet_normal;
 use crate::tensor::Vector;
@@ -24,13 +24,13 @@ impl<const D: usize> Model<D> {
     pub fn walls(&self, mesh: &Mesh<D>) -> Vec<f64> {
         let mut boundary = None;
         let thinnest = |contact: &ContactModel<D>| {
-            let Target::Surface { set, bodies } = &contact.target else { return f64::INFINITY };
-            if *bodies == contact.bodies {
+            let Some(set) = contact.target.set() else { return f64::INFINITY };
+            if contact.target.bodies() == contact.bodies {
                 return f64::INFINITY;
             }
             let boundary = boundary.get_or_insert_with(|| Boundary::of(mesh));
             let depth = 0.5 * boundary.shortest_side(&contact.all_bodies());
-            let [one, other] = [&contact.contactor, set].map(|name| boundary.surface(name));
+            let [one, other] = [contact.contactor.as_str(), set].map(|name| boundary.surface(name));
             [(&one, &other), (&other, &one)]
                 .into_iter()
                 .flat_map(|(own, opposite)| own.facets.iter().map(move |&facet| (facet, opposite)))

@@ -38,7 +38,7 @@ use crate::case::Case;
 use crate::dynamics::{Equations, OverStep, RigidInstant, Stage};
 use crate::error::{Cause, Error, Result, agree};
 use crate::guard::{RunGuard, missed_contact, slides};
-use crate::model::{ContactModel, Model, Target, read_meshes};
+use crate::model::{ContactModel, Model, read_meshes};
 use crate::observe::energy::EnergyLedger;
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
@@ -176,11 +176,9 @@ fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &mut Mod
 
 /// Pairs of surfaces of the model that may touch each other.
 fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
-    let couple = |contact| match contact {
-        &ContactModel { ref contactor, target: Target::Surface { ref set, .. }, .. } => {
-            Some(Couple { contactor, target: set, travel: 0.0, load: true })
-        }
-        _ => None,
+    let couple = |contact| {
+        let &ContactModel { ref contactor, ref target, .. } = contact;
+        target.set().map(|target| Couple { contactor, target, travel: 0.0, load: true })
     };
     let tied = model.ties.iter().map(|tie| Couple {
         contactor: &tie.contactor,

@@ -11,10 +11,9 @@ use crate::accuracy::{limits_slip, smallest_tolerance};
 use crate::assembly::ContactSystem;
 use crate::case::Case;
 use crate::collective::Collective;
-use crate::contact::obstacle::Shape;
 use crate::dynamics::Equations;
 use crate::element::Kinematics;
-use crate::model::{Model, Target};
+use crate::model::Model;
 use crate::petsc::{Format, Kind, census};
 use crate::solvers::Preset;
 
@@ -53,8 +52,8 @@ impl Traits {
             dynamic: !case.is_static(),
             finite: model.bodies.iter().any(|body| body.kinematics() == Kinematics::Finite),
             contact: !contacts.is_empty(),
-            curved: contacts.iter().any(|contact| !contact.target.obstacle().is_some_and(Shape::is_plane)),
-            deformable: contacts.iter().any(|contact| matches!(contact.target, Target::Surface { .. })),
+            curved: contacts.iter().any(|contact| !contact.target.is_plane()),
+            deformable: contacts.iter().any(|contact| contact.target.set().is_some()),
             friction: frictions().next().is_some(),
             pressure: frictions().any(|friction| friction.law.law().coefficient_depends_on_pressure()),
             speed: frictions().any(|friction| friction.law.law().depends_on_speed()),

@@ -166,7 +166,7 @@ impl<const D: usize> Slab<D> {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::super::surface::{SharpEdges, VertexSurface};
+    use super::super::surface::VertexSurface;
     use super::*;
     use crate::contact::nodal::at;
     use crate::contact::pair_scene::{block, frictionless, target};
@@ -200,8 +200,9 @@ mod tests {
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
         let contactor = &mesh.facet_sets["inner.top"];
-        let surface = VertexSurface::new(&mesh, contactor, &ownership, |_| false, SharpEdges::Joined);
-        let contact = frictionless(surface, ContactTarget::Body(target(&mesh, &["outer.bottom"])));
+        let target = ContactTarget::Body(target(&mesh, &["outer.bottom"]));
+        let surface = VertexSurface::new(&mesh, contactor, &ownership, &target);
+        let contact = frictionless(surface, target);
         (contact, mesh.points.len() * D)
     }
 

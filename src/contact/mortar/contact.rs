@@ -7,7 +7,7 @@ use super::integrals::{
     PairFields, PairWorkspace, PlacedFacet, Range, VertexPotential, WantedVariations,
 };
 use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness, is_sliver};
-use super::obstacle::{PlacedObstacle, rule_of};
+use super::obstacle::{PlacedObstacle, is_lumped, rule_of};
 use super::overlap::{ActivePair, Overlap};
 use super::surface::{VertexFacet, VertexSize, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
@@ -300,10 +300,29 @@ impl<const D: usize> VertexContact<D> {
         Overlap { pairs, sums }
     }
 
+    /// Whether each vertex exerts a force only on its own node, as over a plane at rest.
+    ///
+    /// Forces over a step act on the undeformed area. They have parts at all nodes around the
+    /// vertex, which are discrete gradients of the area.
+    pub fn acts_on_own_node(&self) -> bool {
+        let lumped = |obstacle| {
+            let facets = self.surface.facets();
+            facets.iter().all(|facet| is_lumped(obstacle, facet.kind, self.surface.plane()))
+        };
+        self.area == AreaKind::Current
+            && self.target.free_body().is_none()
+            && self.target.obstacle().is_some_and(lumped)
+    }
+
+    /// Distance up to which gaps are known, if `facet` is the largest extent of a facet \[m\].
+    pub fn known_gap(&self, facet: f64) -> f64 {
+        if self.has_segments() { OPEN * facet } else { f64::MAX }
+    }
+
     /// Whether gaps are means over segments. Otherwise every vertex has the depth of its own points, and no
     /// gap is limited by how much of the facets is covered.
     fn has_segments(&self) -> bool {
-        self.target.obstacle().is_none()
+        self.target.has_facets()
     }
 
     /// Adds the depths of facets below a body to their vertices. If the covered

@@ -3,7 +3,6 @@
 
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
-use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::{NORMAL_LAWS, NormalPowerLaw};
 use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, frictionless, penalty, target};
 use crate::contact::point::TermSelection;
@@ -67,19 +66,14 @@ impl<const D: usize> PairScene<D> {
         let mine = vec![true; mesh.element_count()];
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
-        let surface = VertexSurface::new(
-            &mesh,
-            &mesh.facet_sets["upper.bottom"],
-            &ownership,
-            |_| false,
-            SharpEdges::Joined,
-        );
-        let target = target(&mesh, &["lower.top"]);
+        let opposite = target(&mesh, &["lower.top"]);
+        let opposites = opposite.count() as u32;
+        let target = ContactTarget::Body(opposite);
+        let surface = VertexSurface::new(&mesh, &mesh.facet_sets["upper.bottom"], &ownership, &target);
         let facets = surface.facets().len() as u32;
-        let couples: Vec<(u32, u32)> =
-            (0..facets).flat_map(|f| (0..target.count() as u32).map(move |t| (f, t))).collect();
+        let couples = (0..facets).flat_map(|f| (0..opposites).map(move |t| (f, t))).collect();
         let state = ContactState::new(surface.vertices().len());
-        let contact = frictionless(surface, ContactTarget::Body(target));
+        let contact = frictionless(surface, target);
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of(couples);
         Self { mesh, contact, candidates, v: rest.clone(), u_start: rest.clone(), u: rest, state }

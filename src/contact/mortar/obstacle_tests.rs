@@ -2,11 +2,9 @@
 
 use std::rc::Rc;
 
-use super::super::obstacle::is_lumped;
 use super::tests::{CONTACT_TERMS, Dense, PairScene, error_over_step, rate, regimes, stored_energy};
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction};
-use crate::contact::mortar::surface::SharpEdges;
 use crate::contact::normal::NORMAL_LAWS;
 use crate::contact::obstacle::{Plane, Shape, sample_shapes};
 use crate::contact::pair_scene::{block, coulomb, frictionless, penalty};
@@ -57,10 +55,9 @@ impl<const D: usize> PairScene<D> {
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
         let facets = &mesh.facet_sets["upper.bottom"];
-        let lumped = |kind| is_lumped(&**obstacle, kind, mesh.plane);
-        let surface = VertexSurface::new(&mesh, facets, &ownership, lumped, SharpEdges::Divided);
-        let state = ContactState::new(surface.vertices().len());
         let target = ContactTarget::Obstacle(obstacle.clone().into());
+        let surface = VertexSurface::new(&mesh, facets, &ownership, &target);
+        let state = ContactState::new(surface.vertices().len());
         let contact = VertexContact { depth: f64::MAX, ..frictionless(surface, target) };
         let rest = vec![0.0; mesh.points.len() * D];
         let candidates = contact.candidates_of((0..facets.len() as u32).map(|facet| (facet, 0)).collect());

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::obstacle::is_lumped;
 use super::shape::{FacetShape, tangents};
 use super::smooth_parts::{FacetCorner, is_at_edge, smooth_parts};
 use super::split::linear;
 use crate::contact::nodal::at;
 use crate::contact::surface::Ownership;
+use crate::contact::target::ContactTarget;
 use crate::mesh::{ElementKind, Facet, Mesh, PlaneState};
 use crate::space::{facet_normal, facet_tangents, reference};
 use crate::tensor::Vector;
@@ -57,11 +59,19 @@ struct FacetWeight {
 
 /// How many vertices a node on a sharp edge of the contactor has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SharpEdges {
+enum SharpEdges {
     /// One, with the mean gap of all facets around it.
     Joined,
     /// One for each smooth part of the surface around it.
     Divided,
+}
+
+impl SharpEdges {
+    /// An obstacle has one gap for each side of an edge. Over a body the mean is kept, because the
+    /// side that dips in beside a corner would push the corner back.
+    fn over<const D: usize>(target: &ContactTarget<D>) -> Self {
+        if target.has_facets() { Self::Joined } else { Self::Divided }
+    }
 }
 
 /// Numbers of the vertices of a rank.
@@ -169,15 +179,16 @@ pub struct VertexSurface<const D: usize> {
 }
 
 impl<const D: usize> VertexSurface<D> {
-    /// The surface of local `facets`, which may be empty. On kinds that are `lumped` a vertex uses
-    /// only its own position.
+    /// The surface of local `facets`, which may be empty, opposite a target. Of the target only the
+    /// kind matters: over a plane a vertex uses only its own position, see [`is_lumped`].
     pub fn new(
         mesh: &Mesh<D>,
         facets: &[Facet],
         ownership: &Ownership<'_>,
-        lumped: impl Fn(ElementKind) -> bool,
-        edges: SharpEdges,
+        target: &ContactTarget<D>,
     ) -> Self {
+        let edges = SharpEdges::over(target);
+        let lumped = |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind, mesh.plane));
         let mut sorted = facets.to_vec();
         sorted.sort_by_key(|facet| (ownership.global_element[facet.element as usize], facet.side));
         let numbering = Numbering::new(mesh, &sorted, ownership.owned_nodes, edges);

@@ -3,8 +3,9 @@
 use super::integrals::{
     AcrossPlane, AreaMeasure, FacetPair, NormalOf, Opposite, PairWorkspace, PlacedFacet, Range,
 };
-use super::surface::{SharpEdges, VertexSurface};
+use super::surface::VertexSurface;
 use crate::contact::surface::Ownership;
+use crate::contact::target::ContactTarget;
 use crate::mesh::{Bounds, BoundsTree, Facet, Mesh, Tie};
 use crate::tensor::Vector;
 
@@ -66,7 +67,7 @@ impl<const D: usize> TiedSurfaces<'_, D> {
         let number: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let mine = vec![true; number.len()];
         let all = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &number };
-        let surface = VertexSurface::new(mesh, self.contactor, &all, |_| false, SharpEdges::Joined);
+        let surface = VertexSurface::new(mesh, self.contactor, &all, &ContactTarget::unknown_body());
         let mut sums = vec![Sum::default(); surface.vertices().len()];
         let mut nodes = Vec::new();
         let mut around_target = |&facet: &Facet| {

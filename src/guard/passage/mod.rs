@@ -3,20 +3,20 @@
 //! A body can pass through its target between the ends of a step. An obstacle can also be smaller
 //! than the spacing of the contactor's points.
 
+mod bodies;
 mod moving;
+mod obstacle;
 
 use mpi::collective::SystemOperation;
 
 use crate::assembly::{ContactSystem, LocalContact};
 use crate::collective::Collective;
-use crate::contact::history::History;
-use crate::contact::obstacle::{Core, Shape};
-use crate::contact::passage::{Path, lies_between, normal_of};
 use crate::dynamics::Stage;
 use crate::error::Result;
-use crate::mesh::{Bounds, BoundsTree, spelled};
-use crate::tensor::Vector as Point;
-use moving::{BodyPoint, Moving, StepEnds, around, nodes_of, parts, points_of, reference_of};
+use crate::mesh::spelled;
+use bodies::BodyPassage;
+use moving::{BodyPoint, StepEnds};
+use obstacle::{ObstaclePassage, describe_between};
 
 /// Factor on the expected motion above which surfaces did not pass through a target. The balance
 /// that was found is then a different one.
@@ -27,12 +27,40 @@ const RUNAWAY: f64 = 20.0;
 /// point in the test.
 const EQUAL: f64 = 1e-9;
 
-/// Findings for each contact on this rank.
-struct Found<const D: usize> {
+/// Findings for a contact on this rank.
+#[derive(Default)]
+struct Missed<const D: usize> {
     /// Centres of the facets around small obstacles.
-    between: Vec<Vec<BodyPoint<D>>>,
+    between: Vec<BodyPoint<D>>,
     /// Points that passed through the target.
-    through: Vec<Vec<BodyPoint<D>>>,
+    through: Vec<BodyPoint<D>>,
+}
+
+/// The ways to miss a contact over one kind of target.
+trait Passage<const D: usize> {
+    /// Whether a point of this rank is where [`Passage::missed`] must look more closely.
+    fn is_near(&self) -> bool;
+
+    /// Finds what was missed while the surfaces moved by `motion` \[m\]. `is_near` holds on any rank.
+    /// Collective.
+    ///
+    /// # Errors
+    /// If a message is damaged, the same on all ranks.
+    fn missed(&self, motion: f64, is_near: bool) -> Result<Missed<D>>;
+}
+
+/// The check of a contact over the kind of its target, from one end of the step to the other.
+fn passage<'a, const D: usize>(
+    system: &'a ContactSystem<D>,
+    contact: &'a LocalContact<D>,
+    ends: StepEnds<'a>,
+) -> Box<dyn Passage<D> + 'a> {
+    match contact.target().obstacle() {
+        Some(obstacle) => {
+            Box::new(ObstaclePassage { contact, obstacle, ends, bodies: &system.bodies().local().mesh.body })
+        }
+        None => Box::new(BodyPassage { system, contact, ends }),
+    }
 }
 
 /// Returns why the step of `stage` cannot be accepted although it balances, or `None`.
@@ -55,35 +83,37 @@ pub fn missed_contact<const D: usize>(
     let ends = StepEnds { start: &start, end: &end };
     let motions = system.contacts().iter().flat_map(|contact| {
         let [contactor, target] = shifts(system, contact, ends);
-        let near = if contact.is_deformable() {
-            is_deep(contact)
-        } else {
-            has_a_point_at_its_obstacle(contact, ends)
-        };
-        [contactor, target, f64::from(u8::from(near))]
+        let is_near = passage(system, contact, ends).is_near();
+        [contactor, target, f64::from(u8::from(is_near))]
     });
     let mut motions: Vec<f64> = motions.collect();
     let own = motions.clone();
     system.session().world().reduce_all(&own[..], &mut motions[..], SystemOperation::max());
-    let found = find(system, ends, &motions)?;
-    let counts = found.between.iter().chain(&found.through).map(|points| points.len() as u64);
-    let own: Vec<u64> = counts.collect();
-    let mut all = own.clone();
-    system.session().world().reduce_all(&own[..], &mut all[..], SystemOperation::sum());
-    let (between, through) = all.split_at(system.contacts().len());
+    let contacts = system.contacts().iter().zip(motions.chunks_exact(3));
+    let missed = contacts.map(|(contact, of_contact)| {
+        passage(system, contact, ends).missed(of_contact[0] + of_contact[1], of_contact[2] > 0.0)
+    });
+    let missed: Vec<Missed<D>> = missed.collect::<Result<_>>()?;
+    let own: Vec<[u64; 2]> = missed
+        .iter()
+        .map(|missed| [&missed.between, &missed.through].map(|points| points.len() as u64))
+        .collect();
+    let mut all = vec![[0; 2]; own.len()];
+    let world = system.session().world();
+    world.reduce_all(own.as_flattened(), all.as_flattened_mut(), SystemOperation::sum());
     let m = system.bodies().units().of("m");
-    if let Some(number) = between.iter().position(|facets| *facets > 0) {
-        let place = first_place(system, &found.between[number]);
-        return Ok(Some(tell_between(&system.contacts()[number], between[number], &place, &m)));
+    if let Some(number) = all.iter().position(|[between, _]| *between > 0) {
+        let place = first_place(system, &missed[number].between);
+        return Ok(Some(describe_between(&system.contacts()[number], all[number][0], &place, &m)));
     }
-    if let Some(number) = through.iter().position(|points| *points > 0) {
+    if let Some(number) = all.iter().position(|[_, through]| *through > 0) {
         let contact = &system.contacts()[number];
         let motion = &motions[3 * number..][..2];
-        let by_target = if contact.is_deformable() { 0.0 } else { motion[1] };
+        let by_rigid_target = if contact.target().has_facets() { 0.0 } else { motion[1] };
         let motion = motion[0] + motion[1];
-        let expected = stage.inertia.then(|| by_target + expected_motion(system, stage));
-        let place = first_place(system, &found.through[number]);
-        return Ok(Some(tell_through(&contact.name, motion, expected, &place, &m)));
+        let expected = stage.inertia.then(|| by_rigid_target + expected_motion(system, stage));
+        let place = first_place(system, &missed[number].through);
+        return Ok(Some(describe_through(&contact.name, motion, expected, &place, &m)));
     }
     Ok(None)
 }
@@ -126,63 +156,6 @@ fn expected_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> 
     all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
 }
 
-/// Checks all contacts. Collective.
-///
-/// For each contact, `motions` contains those of [`shifts`], and whether a point
-/// may touch the obstacle or is deep in a body. All values are maxima over all ranks.
-fn find<const D: usize>(system: &ContactSystem<D>, ends: StepEnds<'_>, motions: &[f64]) -> Result<Found<D>> {
-    let mut found = Found { between: Vec::new(), through: Vec::new() };
-    let bodies = &system.bodies().local().mesh.body;
-    for (contact, motion) in system.contacts().iter().zip(motions.chunks_exact(3)) {
-        let [motion, met] = [motion[0] + motion[1], motion[2]];
-        let (between, through) = match contact.obstacle() {
-            Some(obstacle) => {
-                let through = match motion > 0.0 {
-                    true => passing(contact, obstacle, ends, bodies),
-                    false => Vec::new(),
-                };
-                (between_points(contact, obstacle, ends, bodies, met > 0.0), through)
-            }
-            None => {
-                // Points deeper than half the depth have less weight. A point that gets there
-                // in one long step may not be pushed back. A point that starts the step there
-                // may get deeper.
-                let depth = contact.pair.depth();
-                let mut through = Vec::new();
-                if motion > contact.pair.stride() {
-                    through.extend(swept(system, contact, ends, motion, 0.5 * depth)?);
-                }
-                if met > 0.0 {
-                    through.extend(swept(system, contact, ends, motion, depth)?);
-                }
-                (Vec::new(), through)
-            }
-        };
-        found.between.push(between);
-        found.through.push(through);
-    }
-    Ok(found)
-}
-
-/// Points of either surface that went deeper than `depth` behind the other one, while
-/// the surfaces moved by `motion` \[m\]. Collective.
-fn swept<const D: usize>(
-    system: &ContactSystem<D>,
-    contact: &LocalContact<D>,
-    ends: StepEnds<'_>,
-    motion: f64,
-    depth: f64,
-) -> Result<Vec<BodyPoint<D>>> {
-    let surfaces = contact.pair.surfaces(system.bodies().local());
-    let target = Moving::gathered(system.session(), &surfaces, ends, motion + depth)?;
-    let contactor = Moving::local(system.bodies().local(), surfaces.contactor, ends);
-    let spacing = EDGE * contact.pair.facet();
-    let limits = [depth, 0.5 * contact.pair.depth()];
-    let mut found = crossings(&contactor, &target, limits, spacing);
-    found.extend(crossings(&target, &contactor, limits, spacing));
-    Ok(found)
-}
-
 /// Largest motions of own nodes of contactor and target in the step \[m\]. For a rigid target it is
 /// its motion at the nodes of the contactor.
 fn shifts<const D: usize>(
@@ -221,37 +194,10 @@ fn carried<const D: usize>(contact: &LocalContact<D>, ends: StepEnds<'_>) -> f64
     carried.fold(0.0, f64::max)
 }
 
-/// Spacing of the points on edges whose paths are tested, relative to the size of a facet. Two
-/// edges that cross each other are detected by such a point.
-const EDGE: f64 = 0.25;
-
-/// Nodes of the facets `a`, and points on their edges, that passed through a facet of `b` and end
-/// more than `depth` \[m\] behind it. A point that went around an edge of `b` and ends at most
-/// `seen` \[m\] from the next facet, such as one ahead of a block that slides over it, did not.
-fn crossings<const D: usize>(
-    a: &Moving<D>,
-    b: &Moving<D>,
-    [depth, seen]: [f64; 2],
-    spacing: f64,
-) -> Vec<BodyPoint<D>> {
-    let simplices = b.simplices();
-    let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
-    let tree = BoundsTree::new(&boxes);
-    let crosses = |path: &Path<D>| {
-        let near: Vec<_> = tree.meeting(&around(&[*path]).inflate(depth)).collect();
-        let corners = |simplex: &u32| &simplices[*simplex as usize];
-        let around_edge =
-            |crossed: &u32| near.iter().any(|other| path.goes_around(corners(crossed), corners(other), seen));
-        near.iter().any(|simplex| path.crosses(corners(simplex), depth) && !around_edge(simplex))
-    };
-    let crossing = a.vertices(spacing).into_iter().filter(|vertex| crosses(&vertex.path));
-    crossing.map(|vertex| vertex.point).collect()
-}
-
 /// Explains why a step with points beyond their target is rejected. The surfaces move by `motion`
 /// \[m\] in the step. Speeds and accelerations at its start predict at most `expected`, if known.
 /// `place` is that of one of the points.
-fn tell_through(contact: &str, motion: f64, expected: Option<f64>, place: &str, m: &str) -> String {
+fn describe_through(contact: &str, motion: f64, expected: Option<f64>, place: &str, m: &str) -> String {
     match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
         Some(expected) => format!(
             "the computed equilibrium is implausible: the surfaces of contact '{contact}' would move by \
@@ -265,125 +211,16 @@ fn tell_through(contact: &str, motion: f64, expected: Option<f64>, place: &str, 
     }
 }
 
-/// Explains that an obstacle lies between the points of some `facets`, one of them at `place`.
-fn tell_between<const D: usize>(contact: &LocalContact<D>, facets: u64, place: &str, m: &str) -> String {
-    let radius = contact.obstacle().and_then(Shape::core).map_or(0.0, |core| core.radius);
-    format!(
-        "contact '{}': the obstacle (radius {radius:.3e} {m}) lies between the contact points of {facets} \
-         facets (size about {:.3e} {m}), one of them {place}, and none of the points touches it: use \
-         contactor facets smaller than the radius",
-        contact.name, contact.facet_size
-    )
-}
-
-/// Whether a vertex of this rank was so deep in its target at the start of the step that points
-/// around it have lost weight.
-fn is_deep<const D: usize>(contact: &LocalContact<D>) -> bool {
-    let gap = |(vertex, history): (usize, &History<D>)| history.gap + contact.state.adjusted(vertex);
-    contact.state.history.iter().enumerate().map(gap).any(|gap| gap < -0.5 * contact.pair.depth())
-}
-
-/// Depth, relative to the length of a facet, from which a round obstacle that no point can touch
-/// counts as sunk in.
-const SHALLOW: f64 = 0.02;
-
-/// Whether a point of this rank is above a round obstacle, so that it would touch before the facet
-/// is one radius deep.
-fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: StepEnds<'_>) -> bool {
-    let Some(obstacle) = contact.obstacle() else { return false };
-    // If a facet is no longer than the thickness of the obstacle, its points nearly touch the
-    // obstacle.
-    let core = obstacle.core().filter(|core| core.radius < 4.0 * contact.facet_size);
-    let Some(core) = core else { return true };
-    let surface = contact.surface();
-    surface.facets().iter().any(|facet| {
-        let nodes = nodes_of(contact, facet, ends);
-        if obstacle.gap(&nodes[0].end) > 2.0 * contact.facet_size {
-            return false;
-        }
-        let outward = normal_of(&std::array::from_fn(|k| nodes[k].end));
-        let Some(outward) = outward.try_normalize(0.0) else { return false };
-        points_of(obstacle, facet.kind, contact.plane(), &nodes).any(|point| {
-            let away = core.offset(&point.end);
-            let height = away.dot(&outward);
-            height.abs() <= core.radius + contact.facet_size && (away - outward * height).norm() < core.radius
-        })
-    })
-}
-
-/// Points of this rank's facets that passed through an obstacle. `bodies` has the body of each
-/// element.
-fn passing<const D: usize>(
-    contact: &LocalContact<D>,
-    obstacle: &dyn Shape<D>,
-    ends: StepEnds<'_>,
-    bodies: &[u16],
-) -> Vec<BodyPoint<D>> {
-    let surface = contact.surface();
-    let mut found = Vec::new();
-    for facet in surface.facets() {
-        let nodes = nodes_of(contact, facet, ends);
-        let paths = points_of(obstacle, facet.kind, contact.plane(), &nodes);
-        let places = reference_of(obstacle, facet.kind, contact.plane(), surface.reference_points(facet));
-        let body = usize::from(bodies[facet.facet.element as usize]);
-        let passes = paths.zip(places).filter(|(path, _)| path.passes_obstacle(obstacle));
-        found.extend(passes.map(|(_, reference)| BodyPoint { reference, body }));
-    }
-    found
-}
-
-/// Centres of the facets of this rank that contain a small round obstacle but have no point that touches
-/// it.
-///
-/// If a point of the contact can touch the obstacle (`met`), the obstacle must be half of its
-/// radius deep. Otherwise a shallow depth is sufficient. `bodies` has the body of each element.
-fn between_points<const D: usize>(
-    contact: &LocalContact<D>,
-    obstacle: &dyn Shape<D>,
-    ends: StepEnds<'_>,
-    bodies: &[u16],
-    met: bool,
-) -> Vec<BodyPoint<D>> {
-    let Some(Core { radius, .. }) = obstacle.core() else { return Vec::new() };
-    let surface = contact.surface();
-    let mut found = Vec::new();
-    for facet in surface.facets() {
-        let corners = nodes_of(contact, facet, ends);
-        if points_of(obstacle, facet.kind, contact.plane(), &corners)
-            .any(|point| obstacle.gap(&point.end) <= 0.0)
-        {
-            continue;
-        }
-        let around = around(&corners);
-        let size = (Point::<D>::from(around.high) - Point::from(around.low)).norm();
-        // A facet no longer than the thickness of the obstacle always has a point in it before
-        // reaching this depth.
-        let deep = if met { 0.5 * radius } else { (SHALLOW * size).min(0.5 * radius) };
-        if radius >= 2.0 * size || obstacle.gap(&corners[0].end) > size - deep {
-            continue;
-        }
-        let mut lies = false;
-        parts(facet.kind, |part| {
-            lies |= lies_between(&std::array::from_fn(|k| corners[part[k]]), obstacle, deep)
-        });
-        if lies {
-            let nodes = &surface.reference_points(facet)[..facet.kind.corners()];
-            let reference = nodes.iter().sum::<Point<D>>() / nodes.len() as f64;
-            found.push(BodyPoint { reference, body: usize::from(bodies[facet.facet.element as usize]) });
-        }
-    }
-    found
-}
-
 #[cfg(test)]
 mod tests {
-    use super::tell_through;
+    use super::describe_through;
 
     /// Points that pass through their target are reported as such, except when the iterate has
     /// blown up, which is reported instead.
     #[test]
     fn a_balance_that_is_far_off_is_no_passage() {
-        let tell = |motion, expected| tell_through("hit", motion, expected, "at [1, 0] m of 'block'", "m");
+        let tell =
+            |motion, expected| describe_through("hit", motion, expected, "at [1, 0] m of 'block'", "m");
         let through = tell(1.5, Some(1.4));
         let words = "would pass through the target within one step at [1, 0] m of 'block'";
         assert!(through.contains(words) && through.contains("1.500e0 m"), "{through}");
