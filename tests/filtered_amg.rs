@@ -161,13 +161,13 @@ impl Solved {
     }
 }
 
-/// Statics: the result of the factorisation in at most 12 iterations on any number of ranks.
+/// Statics: the result of the factorisation in at most 14 iterations on any number of ranks.
 #[test]
 fn solves_statics_on_1_2_3_ranks() {
     let expected = COARSE.solved("direct", 1, &[]);
     for ranks in [1, 2, 3] {
         let found = COARSE.solved("filtered_amg", ranks, &[]).without_help();
-        assert!(found.most() <= 12.0, "{ranks} ranks: {} iterations", found.most());
+        assert!(found.most() <= 14.0, "{ranks} ranks: {} iterations", found.most());
         let apart = found.apart(&expected);
         assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
     }
@@ -180,7 +180,7 @@ fn solves_dynamics_on_1_2_3_ranks() {
     let expected = scene.solved("direct", 1, &[]);
     for ranks in [1, 2, 3] {
         let found = scene.solved("filtered_amg", ranks, &[]).without_help();
-        assert!(found.most() <= 12.0, "{ranks} ranks: {} iterations", found.most());
+        assert!(found.most() <= 14.0, "{ranks} ranks: {} iterations", found.most());
         let apart = found.apart(&expected);
         assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
     }
@@ -231,16 +231,14 @@ fn penalty_and_friction_do_not_matter() {
     }
 }
 
-/// Each part is necessary: the solve on the nodes in contact, and its second pass.
+/// The solve on the nodes in contact is necessary. Layers around them reduce the iterations.
 #[test]
-fn every_part_matters() {
+fn nodes_in_contact_matter() {
     // Fine enough that most of it is not in W.
     let scene = Scene { kappa: 1e3, cells: 12, ..COARSE };
     let whole = scene.solved("filtered_amg", 1, &[]).most();
-    let once = scene.solved("{ filtered_amg: { passes: before } }", 1, &[]).most();
-    assert!(once > whole + 2.0, "{once} without the second pass, {whole} with it");
-    let thin = scene.solved("{ filtered_amg: { layers: 0 } }", 1, &[]).most();
-    assert!(thin > whole + 2.0, "{thin} with no layer, {whole} with two");
+    let thick = scene.solved("{ filtered_amg: { layers: 2 } }", 1, &[]).most();
+    assert!(thick < whole - 2.0, "{thick} with two layers, {whole} with none");
     let blind = scene.solved("filtered_amg", 1, &["-filter_pc_type", "jacobi"]);
     let worse = blind.count("linear_fallbacks") > 0 || blind.most() > 2.0 * whole;
     assert!(worse, "{} without the factorisation, {whole} with it", blind.most());
@@ -334,27 +332,27 @@ fn factors_are_kept_while_no_point_changes_on_1_2_ranks() {
         let [solves, renewals] = ["Solve", "ZoneFactors"].map(|event| stuck.logged(event));
         assert!(solves >= 2, "{solves} solves");
         assert_eq!(renewals, 1, "{ranks} ranks, {solves} solves");
-        assert!(stuck.most() <= 12.0, "{ranks} ranks: {} iterations", stuck.most());
+        assert!(stuck.most() <= 14.0, "{ranks} ranks: {} iterations", stuck.most());
         let press = "displacement: { x: '0.02 * t', y: 0, z: '-0.005 * t' }";
         let sliding = Scene { press, ..COARSE }.solved("filtered_amg", ranks, &log).without_help();
         let [solves, renewals] = ["Solve", "ZoneFactors"].map(|event| sliding.logged(event));
         assert!(renewals > solves / 2, "{ranks} ranks: {renewals} factorisations in {solves} solves");
-        assert!(sliding.most() <= 13.0, "{ranks} ranks: {} iterations", sliding.most());
+        assert!(sliding.most() <= 14.0, "{ranks} ranks: {} iterations", sliding.most());
     }
 }
 
-/// Iterations remain few if most of the mesh lies outside the layers around the contact: 13, and 18
-/// if multigrid does not use the contact between the bodies.
+/// Iterations remain few if most of the mesh lies away from the contact: 17, and 33 if multigrid does not
+/// use the contact between the bodies.
 #[test]
 fn iterations_stay_few() {
     let fine = Scene { cells: 16, ..COARSE }.solved("filtered_amg", 2, &[]).without_help();
     assert!(fine.count("unknowns") > 14_000, "{}", fine.count("unknowns"));
-    assert!(fine.most() <= 16.0, "{}", fine.most());
+    assert!(fine.most() <= 18.0, "{}", fine.most());
 }
 
-/// Sliding without friction takes as few iterations: 13, 14, 9 and 14 in the four solves.
+/// Sliding without friction takes as few iterations: 17, 18, 13 and 19 in the four solves.
 #[test]
 fn what_slides_freely_takes_few_iterations() {
     let sliding = Scene { cells: 16, mu: 0.0, ..COARSE }.solved("cg_filtered_amg", 1, &[]).without_help();
-    assert!(sliding.most() <= 14.0, "{}", sliding.most());
+    assert!(sliding.most() <= 20.0, "{}", sliding.most());
 }

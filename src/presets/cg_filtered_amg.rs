@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BOTH, CG, FilteredAmg, Implementation, Preset};
+use super::{BOTH, CG, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
     about: "conjugate gradients with the preconditioner of `filtered_amg`: large, symmetric, with contact",
@@ -17,15 +17,10 @@ pub(super) const PRESET: Preset = Preset {
 };
 
 /// Parameters of the symmetric filtered multigrid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CgFilteredAmg {
-    /// Element layers around the facets in contact that are factorised with them.
+    /// Element layers around the nodes in contact that are factorised with them. Two take fewer
+    /// iterations, but more time and memory.
     pub layers: u32,
-}
-
-impl Default for CgFilteredAmg {
-    fn default() -> Self {
-        Self { layers: FilteredAmg::default().layers }
-    }
 }

@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 use crate::matrix_format::Format;
 use crate::reader::tagged::tagged;
 
-pub use filtered_amg::Passes;
 pub use two_stage::{Inner, Second};
 
 /// A linear solver that a user can name.

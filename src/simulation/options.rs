@@ -6,10 +6,10 @@ use crate::dynamics::{Equations, KnownFriction};
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
-use crate::presets::{CgFilteredAmg, FilteredAmg, Linear, Passes, TwoStage};
+use crate::presets::{CgFilteredAmg, FilteredAmg, Linear, TwoStage};
 use crate::solvers::{
-    Augmented, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Problem,
-    StageMatrix, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
+    Augmented, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Problem, StageMatrix, Staggered,
+    StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -43,11 +43,8 @@ pub fn linear(case: &Case) -> LinearChoice {
             let inner = inner.linear().and_then(Linear::preset).map(|preset| preset.name);
             LinearChoice::TwoStage(TwoStageSettings { second, inner })
         }
-        Linear::FilteredAmg(FilteredAmg { layers, passes }) => {
-            LinearChoice::FilteredAmg(preset.name, FilteredAmgSettings { layers, passes })
-        }
-        Linear::CgFilteredAmg(CgFilteredAmg { layers }) => {
-            LinearChoice::FilteredAmg(preset.name, FilteredAmgSettings { layers, passes: Passes::Around })
+        Linear::FilteredAmg(FilteredAmg { layers }) | Linear::CgFilteredAmg(CgFilteredAmg { layers }) => {
+            LinearChoice::FilteredAmg { name: preset.name, layers }
         }
         Linear::Direct if has_symmetric_stages(case) => LinearChoice::Named("cholesky"),
         _ => LinearChoice::Named(preset.name),

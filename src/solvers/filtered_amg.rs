@@ -2,8 +2,9 @@
 //! contact (theory, section 6.4).
 //!
 //! The penalty couples a thin layer with entries far above those of the bulk, and aggregation fails
-//! on them. Let W be the nodes of facets in contact and of some element layers around them. One
-//! application to `r`, with the residual of the full operator `K` in between, has three parts:
+//! on them. Let W be the nodes that closed contact points couple, and those of some element layers
+//! around them if the case wants any. One application to `r`, with the residual of the full operator
+//! `K` in between, has three parts:
 //!
 //! 1. solve with the part of `K` on W: exact on one rank, by overlapping pieces on several;
 //! 2. one cycle of multigrid with rigid-body modes on the matrix of the bodies, joined in contact
@@ -11,9 +12,10 @@
 //! 3. solve on W again.
 //!
 //! The springs prevent the iterations from growing with the mesh. Without them the cycle separates
-//! the bodies. What W repairs over its depth of `l` elements of size `h` then has the condition
-//! `1 + L / (l h)` of two overlapping subdomains. For long waves a joint as stiff as an element is
-//! as good as a rigid one.
+//! the bodies, and W repairs that only over its depth. For long waves a joint as stiff as an element
+//! is as good as a rigid one. So W needs no layer around the contact: with two the iterations are
+//! fewer, but its factors cost more than these iterations
+//! (docs/performance/large-problems.md).
 //!
 //! The interpolation is built from the bodies alone, before they are joined, so every aggregate
 //! lies on one side of a contact. The coarse matrices are those of the joined bodies. They
@@ -35,23 +37,7 @@ use super::zone::{Zone, ZoneState};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, KrylovSolver, Matrix, Operator, Reuse, SharedOperator, Vector};
-use crate::presets::Passes;
 use crate::terms::Terms;
-
-/// Settings of the preconditioner in the case.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FilteredAmgSettings {
-    /// Number of element layers of W around the facets in contact.
-    pub layers: u32,
-    /// When the system on W is solved.
-    pub passes: Passes,
-}
-
-impl Default for FilteredAmgSettings {
-    fn default() -> Self {
-        Self { layers: 2, passes: Passes::Around }
-    }
-}
 
 /// The bodies with joints in place of contact, and their multigrid.
 struct Bulk {
@@ -294,7 +280,6 @@ impl Bulk {
 
 /// The preconditioner with its matrices.
 pub struct FilteredAmg {
-    passes: Passes,
     bulk: Bulk,
     zone: Zone,
     operator: Option<SharedOperator>,
@@ -303,15 +288,15 @@ pub struct FilteredAmg {
 }
 
 impl FilteredAmg {
-    /// Creates a preconditioner whose matrices are still zero. Collective.
+    /// Creates a preconditioner whose matrices are still zero, with this number of element layers of W
+    /// around the nodes in contact. Collective.
     ///
     /// # Errors
     /// If memory is insufficient.
-    pub fn new(origin: &Origin, settings: FilteredAmgSettings) -> Result<Self> {
+    pub fn new(origin: &Origin, layers: u32) -> Result<Self> {
         Ok(Self {
-            passes: settings.passes,
             bulk: Bulk::new(origin)?,
-            zone: Zone::new(origin.session, settings.layers)?,
+            zone: Zone::new(origin.session, layers)?,
             operator: None,
             residual: origin.pattern.like()?,
             correction: origin.pattern.like()?,
@@ -342,7 +327,7 @@ impl CustomPreconditioner for FilteredAmg {
     }
 
     fn apply(&mut self, r: &Vector, z: &mut Vector) -> Result<()> {
-        let Self { passes, bulk, zone, operator, residual, correction } = self;
+        let Self { bulk, zone, operator, residual, correction } = self;
         let operator = operator.as_ref().ok_or_else(|| Error::internal("multigrid without operator"))?;
         z.set(0.0);
         residual.aypx(0.0, r)?;
@@ -355,7 +340,7 @@ impl CustomPreconditioner for FilteredAmg {
         let Bulk { krylov, cycle, .. } = bulk;
         well &= cycle.time(|| krylov.solve(residual, correction))?.converged();
         z.axpy(1.0, correction)?;
-        if zone.is_there() && *passes == Passes::Around {
+        if zone.is_there() {
             operator.multiply(z, residual)?;
             residual.aypx(-1.0, r)?;
             well &= zone.correct(residual, z)?;

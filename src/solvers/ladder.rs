@@ -1,10 +1,9 @@
 //! Choice of the first linear solver and of those that follow when it fails.
 
-use super::filtered_amg::FilteredAmgSettings;
 use super::two_stage::TwoStageSettings;
 use crate::error::{Error, Result};
 use crate::petsc::Format;
-use crate::presets::Preset;
+use crate::presets::{FilteredAmg, Preset};
 
 /// Linear solver that the case requests.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,8 +14,13 @@ pub enum LinearChoice {
     Named(&'static str),
     /// The two-stage scheme as preconditioner.
     TwoStage(TwoStageSettings),
-    /// A preset of the filtered multigrid by name.
-    FilteredAmg(&'static str, FilteredAmgSettings),
+    /// A filtered multigrid.
+    FilteredAmg {
+        /// Name of the preset.
+        name: &'static str,
+        /// Number of element layers around the nodes in contact.
+        layers: u32,
+    },
 }
 
 impl LinearChoice {
@@ -29,11 +33,11 @@ impl LinearChoice {
         TwoStageSettings { inner: asked.inner.or(Some(problem.inner())), ..asked }
     }
 
-    /// Settings of the filtered multigrid.
-    pub(super) fn filter(&self) -> FilteredAmgSettings {
+    /// Number of element layers of the filtered multigrid around the nodes in contact.
+    pub(super) fn layers(&self) -> u32 {
         match self {
-            Self::FilteredAmg(_, settings) => *settings,
-            _ => FilteredAmgSettings::default(),
+            Self::FilteredAmg { layers, .. } => *layers,
+            _ => FilteredAmg::default().layers,
         }
     }
 }
@@ -155,8 +159,8 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
         LinearChoice::Named("direct") => vec!["direct"],
         LinearChoice::TwoStage(_) => vec!["two_stage", "gmres_asm_ilu", "direct"],
         LinearChoice::Named(name) => vec![name, "direct"],
-        LinearChoice::FilteredAmg(name, _) if problem.symmetric => vec![name, "direct"],
-        LinearChoice::FilteredAmg(name, _) => vec![name, "gmres_asm_ilu", "direct"],
+        LinearChoice::FilteredAmg { name, .. } if problem.symmetric => vec![name, "direct"],
+        LinearChoice::FilteredAmg { name, .. } => vec![name, "gmres_asm_ilu", "direct"],
     };
     let known = names.iter().filter_map(|name| Preset::named(name));
     let presets: Vec<&Preset> = known.filter(|preset| problem.stores(preset)).collect();

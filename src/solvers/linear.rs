@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::fatigue::SetupAge;
-use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
+use super::filtered_amg::FilteredAmg;
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::one_rank::on_one_rank;
 use super::own::{CustomPreconditioner, Origin, source_of};
@@ -89,7 +89,8 @@ pub struct LinearSolver {
     /// State of the contact points when they were last observed.
     contact: ContactCounts,
     stages: TwoStageSettings,
-    filter: FilteredAmgSettings,
+    /// Number of element layers of the filtered multigrid around the nodes in contact.
+    layers: u32,
     /// Whether factorisations run on a single rank.
     alone: bool,
     work: Vector,
@@ -136,7 +137,7 @@ impl LinearSolver {
             set_up_for: None,
             contact: ContactCounts::default(),
             stages: choice.stages(problem),
-            filter: choice.filter(),
+            layers: choice.layers(),
             alone: false,
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
@@ -293,7 +294,7 @@ impl LinearSolver {
                 let inner = self.stages.inner.unwrap_or("cg_icc");
                 Box::new(TwoStage::new(&origin, self.stages.second, inner)?)
             }
-            false => Box::new(FilteredAmg::new(&origin, self.filter)?),
+            false => Box::new(FilteredAmg::new(&origin, self.layers)?),
         })
     }
 

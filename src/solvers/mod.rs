@@ -28,10 +28,9 @@ mod two_stage;
 mod users_options;
 mod zone;
 
-pub use crate::presets::{PRESETS, Passes, Preset, Second};
+pub use crate::presets::{PRESETS, Preset, Second};
 pub use augmented::Augmented;
 pub use convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
-pub use filtered_amg::FilteredAmgSettings;
 pub use forcing::Forcing;
 pub use free_motion::FreeMotions;
 pub use held::{Driven, HeldMotions, describe};

@@ -1,6 +1,6 @@
 //! The unknowns around the facets in contact, and a solver for the matrix on them.
 //!
-//! On one rank the solver is a factorisation. On several ranks it is an overlapping Schwarz method:
+//! On few ranks the solver is a factorisation. On more it is an overlapping Schwarz method:
 //! each rank factorises its own nodes of W and a layer of W around them, and GMRES combines these
 //! pieces. W is thin and has fixed values on its outer boundary, so that its Green's function decays
 //! within its thickness and no coarse space is needed.
@@ -20,8 +20,8 @@ use crate::petsc::{
     BlockPattern, Event, KrylovSolver, Matrix, Operator, Reason, Reuse, Session, SubMatrix, Vector,
 };
 
-/// W of the filtered multigrid. It is slightly larger than the facets in contact need, so that it
-/// can be kept while they change.
+/// W of the filtered multigrid: the nodes in contact and layers of elements around them. Over layers it
+/// can be kept until contact leaves the first.
 pub(super) struct Zone {
     session: Rc<Session>,
     layers: u32,

@@ -102,9 +102,9 @@ const BROKEN: &[Broken] = &[
     ),
     (
         "linear: auto",
-        "linear: { filtered_amg: { passes: after } }",
-        "26:67",
-        &["unknown order of passes", "around"],
+        "linear: { filtered_amg: { passes: before } }",
+        "26:59",
+        &["unknown field", "passes", "layers"],
     ),
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
     ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),

@@ -168,7 +168,7 @@ fn schema_and_reader_agree() {
         ),
         ("monolithic, linear: auto", "staggered, linear: cg_icc", true),
         ("linear: auto", "linear: two_stage", true),
-        ("linear: auto", "linear: { filtered_amg: { layers: 1, passes: before } }", true),
+        ("linear: auto", "linear: { filtered_amg: { layers: 1 } }", true),
         ("linear: auto", "linear: { filtered_amg: { layers: one } }", false),
         ("linear: auto", "linear: { two_stage: { second: friction_stage, inner: cholesky } }", true),
         ("  fields: { every: 10 }\n", "", true),
