@@ -100,8 +100,8 @@ impl Zone {
     const PREFIX: &str = "filter_";
     /// Largest number of ranks that factorise W as a whole unless `filter_pc_type` is given.
     ///
-    /// On two ranks pieces take 1.8 times as long, because their solves are repeated. MUMPS gains from up
-    /// to four ranks, and hardly from more (docs/performance/on-a-cluster.md).
+    /// On two ranks pieces take 1.2 times as long per linear solve, because their solves are repeated. MUMPS
+    /// gains from up to four ranks, and hardly from more (docs/performance/on-a-cluster.md).
     const FEW: i32 = 4;
     /// Options on few ranks: a factorisation.
     const ALONE: [(&str, &str); 5] = [
@@ -126,16 +126,17 @@ impl Zone {
         ("sub_mat_mumps_icntl_14", "50"),
     ];
     /// Tolerance of GMRES on W. The residual of a stiff penalty says little about the error: at 1e-2
-    /// the outer iterations of a block with a penalty of 1e5 E / h were 25 in place of 11, with
+    /// the outer iterations of a block with a penalty of 1e5 E / h were 46 in place of 18, with
     /// usual penalties they were equal.
     const TOLERANCE: &str = "1e-3";
     /// Number of iterations after which the solution on W is used as it is. It is never reached with
-    /// the present pieces, whose solves take four to seven.
+    /// the present pieces, whose solves take two to five.
     const MOST: &str = "30";
     /// Number of layers of W around a rank's own nodes whose change renews its factors, as in
     /// `pc_asm_overlap`. The springs of contact couple nodes over two facets, so that one layer is two
-    /// facets wide along the contact. Without overlap GMRES takes 14 iterations in place of 3. Two
-    /// layers save a third of the iterations, and factors cost up to four times as much.
+    /// facets wide along the contact. Without overlap GMRES takes 20 iterations in place of 3, and fails at
+    /// a penalty of 1e4 E / h. Two layers save a third of the iterations, and factors cost up to four
+    /// times as much.
     const OVERLAP: usize = 1;
     /// W is chosen again when contact has shrunk by this factor.
     const SHRUNK: u64 = 4;
