@@ -256,8 +256,8 @@ impl<const D: usize> Target<D> {
         }
     }
 
-    /// The target of the contact before any facet of a set is known.
-    pub fn unknown(&self) -> ContactTarget<D> {
+    /// The target of the contact on a rank, before its facets are gathered.
+    pub fn before_gathering(&self) -> ContactTarget<D> {
         match self {
             Self::Obstacle(target) => ContactTarget::Obstacle(target.clone()),
             Self::Surface { .. } => ContactTarget::unknown_body(),

@@ -88,7 +88,7 @@ impl<const D: usize> LocalContact<D> {
             friction: contact.friction,
             damping: contact.damping,
         };
-        let target = contact.target.unknown();
+        let target = contact.target.before_gathering();
         let opposite = contact.target.set().map_or(Ok(&[][..]), |set| facets_of(local, set))?;
         let vertices = VertexContact {
             surface: VertexSurface::new(&local.mesh, facets, &ownership, &target),

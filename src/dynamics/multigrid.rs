@@ -20,8 +20,8 @@ pub trait MultigridHints: Resumption {
         self.jacobian_into(stage, Terms::BODIES, matrix)
     }
 
-    /// Marks the owned nodes of facets in contact at the last residual, on both sides of deformable
-    /// contacts, and those of ties. Collective.
+    /// Marks the owned nodes that closed contact points couple at the last residual, and those of ties.
+    /// Collective.
     fn contact_nodes(&mut self) -> Vec<bool> {
         vec![false; self.matrix().pattern().rows()]
     }

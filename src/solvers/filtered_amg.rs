@@ -2,11 +2,11 @@
 //! contact (theory, section 6.4).
 //!
 //! The penalty couples a thin layer with entries far above those of the bulk, and aggregation fails
-//! on them. Let W be the nodes that closed contact points couple, and those of some element layers
-//! around them if the case wants any. One application to `r`, with the residual of the full operator
-//! `K` in between, has three parts:
+//! on them. Let W be the nodes that closed contact points or ties couple, with those of `layers` layers
+//! of elements around them, by default none. One application to `r`, with the residual of the full
+//! operator `K` in between, has three parts:
 //!
-//! 1. solve with the part of `K` on W: exact on one rank, by overlapping pieces on several;
+//! 1. solve with the part of `K` on W: exact on up to four ranks, by overlapping pieces on more;
 //! 2. one cycle of multigrid with rigid-body modes on the matrix of the bodies, joined in contact
 //!    by springs at most as stiff as an element;
 //! 3. solve on W again.
@@ -288,8 +288,8 @@ pub struct FilteredAmg {
 }
 
 impl FilteredAmg {
-    /// Creates a preconditioner whose matrices are still zero, with this number of element layers of W
-    /// around the nodes in contact. Collective.
+    /// Creates a preconditioner whose matrices are still zero, with `layers` layers of elements in W.
+    /// Collective.
     ///
     /// # Errors
     /// If memory is insufficient.

@@ -67,8 +67,8 @@ impl Problem {
     /// Poisson's ratio from which on a factorisation takes less time than multigrid, although it is larger than
     /// `most_for_factors` allows otherwise.
     ///
-    /// A block of hex8 pressed on a plane and dragged, 24 375 unknowns, took 5.2 s with `filtered_amg` and 6.0 s
-    /// with MUMPS at 0.49, 6.5 and 6.2 s at 0.495, and 14.2 and 6.7 s at 0.499
+    /// A block of hex8 pressed on a plane and dragged, 24 375 unknowns, took 5.3 s with `filtered_amg` and 5.9 s
+    /// with MUMPS at 0.49, 6.4 and 5.9 s at 0.495, and 11.9 and 6.7 s at 0.499
     /// (docs/performance/large-problems.md). Incomplete factors failed at each of them.
     pub const STIFF: f64 = 0.495;
 

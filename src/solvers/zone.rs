@@ -1,9 +1,9 @@
-//! The unknowns around the facets in contact, and a solver for the matrix on them.
+//! The unknowns of the nodes in contact, and a solver for the matrix on them.
 //!
 //! On few ranks the solver is a factorisation. On more it is an overlapping Schwarz method:
 //! each rank factorises its own nodes of W and a layer of W around them, and GMRES combines these
-//! pieces. W is thin and has fixed values on its outer boundary, so that its Green's function decays
-//! within its thickness and no coarse space is needed.
+//! pieces. The neighbours of W are fixed, so that its Green's function decays within about an element
+//! and no coarse space is needed.
 
 use std::rc::Rc;
 
@@ -20,8 +20,8 @@ use crate::petsc::{
     BlockPattern, Event, KrylovSolver, Matrix, Operator, Reason, Reuse, Session, SubMatrix, Vector,
 };
 
-/// W of the filtered multigrid: the nodes in contact and layers of elements around them. Over layers it
-/// can be kept until contact leaves the first.
+/// W of the filtered multigrid: the nodes in contact and `layers` layers of elements around them. With
+/// layers it is kept until contact leaves the first of them.
 pub(super) struct Zone {
     session: Rc<Session>,
     layers: u32,
@@ -100,8 +100,9 @@ impl Zone {
     const PREFIX: &str = "filter_";
     /// Largest number of ranks that factorise W as a whole unless `filter_pc_type` is given.
     ///
-    /// On two ranks pieces take 1.2 times as long per linear solve, because their solves are repeated. MUMPS
-    /// gains from up to four ranks, and hardly from more (docs/performance/on-a-cluster.md).
+    /// On two ranks pieces take 1.2 times as long per linear solve, because their solves are
+    /// repeated. MUMPS gains from up to four ranks, and hardly from more
+    /// (docs/performance/on-a-cluster.md).
     const FEW: i32 = 4;
     /// Options on few ranks: a factorisation.
     const ALONE: [(&str, &str); 5] = [
@@ -134,9 +135,9 @@ impl Zone {
     const MOST: &str = "30";
     /// Number of layers of W around a rank's own nodes whose change renews its factors, as in
     /// `pc_asm_overlap`. The springs of contact couple nodes over two facets, so that one layer is two
-    /// facets wide along the contact. Without overlap GMRES takes 20 iterations in place of 3, and fails at
-    /// a penalty of 1e4 E / h. Two layers save a third of the iterations, and factors cost up to four
-    /// times as much.
+    /// facets wide along the contact. Without overlap GMRES takes 20 iterations in place of 3, the outer
+    /// method 118 in place of 17 at a penalty of 1e4 E / h, and it fails at 1e5. Two layers save almost
+    /// half of the iterations, and factors cost four times as much.
     const OVERLAP: usize = 1;
     /// W is chosen again when contact has shrunk by this factor.
     const SHRUNK: u64 = 4;
@@ -296,12 +297,7 @@ impl Zone {
             let matrix = system.matrix();
             self.factorised.push(Some(Rc::clone(source)));
             if at == 0 {
-                let mut grown = Growth::new(&self.session, matrix.pattern(), &self.covered)?;
-                // The covered nodes include the first layer.
-                for _ in 1..self.layers {
-                    grown.grow()?;
-                }
-                self.extract(matrix, &grown)?;
+                self.extract(matrix)?;
             }
             let Some(solver) = &mut self.solver else { continue };
             let is_own = solver.part.first_node().is_some_and(|node| marks(*pieces)[node]);
@@ -335,7 +331,7 @@ impl Zone {
         Ok(outcome.converged() || outcome.reason == Reason::Iterations)
     }
 
-    /// Grows W layer by layer along the rows of the matrix. Collective.
+    /// Chooses W for the nodes in contact. Collective.
     fn choose(&mut self, matrix: &Matrix, count: u64) -> Result<()> {
         self.solver = None;
         self.chosen_for = count;
@@ -343,19 +339,15 @@ impl Zone {
         if count == 0 {
             return Ok(());
         }
-        let mut grown = Growth::new(&self.session, matrix.pattern(), &self.touching)?;
-        for layer in 0..self.layers {
-            grown.grow()?;
-            if layer == 0 {
-                self.covered = grown.marked();
-            }
-        }
-        self.extract(matrix, &grown)
+        self.covered = grown(&self.session, matrix.pattern(), &self.touching, self.layers.min(1))?;
+        self.extract(matrix)
     }
 
-    /// Creates the solver on the grown W. Collective.
-    fn extract(&mut self, matrix: &Matrix, grown: &Growth) -> Result<()> {
-        let marked = grown.marked();
+    /// Creates the solver on the covered nodes, which include the first layer, and the other layers.
+    /// Collective.
+    fn extract(&mut self, matrix: &Matrix) -> Result<()> {
+        let further = self.layers.saturating_sub(1);
+        let marked = grown(&self.session, matrix.pattern(), &self.covered, further)?;
         let nodes = (0..marked.len() as u32).filter(|&node| marked[node as usize]).collect();
         let irregular = matrix.irregular(0)?;
         let part = SubMatrix::new(&self.session, matrix, nodes)?;
@@ -477,37 +469,32 @@ impl Solver {
     }
 }
 
-/// Marks that spread over the couplings of a pattern, including those with nodes of other ranks.
-struct Growth {
-    couplings: Matrix,
-    marks: Vector,
-    next: Vector,
-}
-
-impl Growth {
-    fn new(session: &Rc<Session>, pattern: &Rc<BlockPattern>, marked: &[bool]) -> Result<Self> {
-        let mut couplings = Matrix::scalar(session, pattern)?;
-        couplings.fill(|values| {
-            let slots: Vec<u32> = (0..pattern.slots() as u32).collect();
-            values.zero();
-            values.add_blocks(&slots, &vec![1.0; slots.len()]);
-        })?;
-        let mut marks = Vector::new(session, pattern.rows(), 1)?;
-        for (mark, &marked) in marks.owned_mut().iter_mut().zip(marked) {
-            *mark = f64::from(u8::from(marked));
-        }
-        let next = marks.like()?;
-        Ok(Self { couplings, marks, next })
+/// Marks of owned nodes, spread `layers` times over the couplings of a pattern, including those with
+/// nodes of other ranks. Collective.
+fn grown(
+    session: &Rc<Session>,
+    pattern: &Rc<BlockPattern>,
+    marked: &[bool],
+    layers: u32,
+) -> Result<Vec<bool>> {
+    if layers == 0 {
+        return Ok(marked.to_vec());
     }
-
-    fn grow(&mut self) -> Result<()> {
-        self.couplings.multiply(&self.marks, &mut self.next)?;
-        let (mut marks, next) = (self.marks.owned_mut(), self.next.owned());
+    let mut couplings = Matrix::scalar(session, pattern)?;
+    couplings.fill(|values| {
+        let slots: Vec<u32> = (0..pattern.slots() as u32).collect();
+        values.zero();
+        values.add_blocks(&slots, &vec![1.0; slots.len()]);
+    })?;
+    let mut marks = Vector::new(session, pattern.rows(), 1)?;
+    for (mark, &marked) in marks.owned_mut().iter_mut().zip(marked) {
+        *mark = f64::from(u8::from(marked));
+    }
+    let mut next = marks.like()?;
+    for _ in 0..layers {
+        couplings.multiply(&marks, &mut next)?;
+        let (mut marks, next) = (marks.owned_mut(), next.owned());
         marks.iter_mut().zip(&*next).for_each(|(mark, sum)| *mark = if *sum > 0.0 { 1.0 } else { 0.0 });
-        Ok(())
     }
-
-    fn marked(&self) -> Vec<bool> {
-        self.marks.owned().iter().map(|mark| *mark > 0.0).collect()
-    }
+    Ok(marks.owned().iter().map(|mark| *mark > 0.0).collect())
 }

@@ -300,7 +300,8 @@ impl<const D: usize> VertexContact<D> {
         Overlap { pairs, sums }
     }
 
-    /// Whether each vertex exerts a force only on its own node, as over a plane at rest.
+    /// Whether each vertex exerts a force only on its own node, as over a plane that is no free body. The
+    /// pattern of the elements then has all blocks.
     ///
     /// Forces over a step act on the undeformed area. They have parts at all nodes around the
     /// vertex, which are discrete gradients of the area.

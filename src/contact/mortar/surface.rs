@@ -179,8 +179,8 @@ pub struct VertexSurface<const D: usize> {
 }
 
 impl<const D: usize> VertexSurface<D> {
-    /// The surface of local `facets`, which may be empty, opposite a target. Of the target only the
-    /// kind matters: over a plane a vertex uses only its own position, see [`is_lumped`].
+    /// The surface of local `facets`, which may be empty, opposite a target. Over a plane a
+    /// vertex uses only its own position, see [`is_lumped`]. Facets of a target may be unknown.
     pub fn new(
         mesh: &Mesh<D>,
         facets: &[Facet],

@@ -67,6 +67,7 @@ impl<const D: usize> TiedSurfaces<'_, D> {
         let number: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let mine = vec![true; number.len()];
         let all = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &number };
+        // Vertices as opposite a body, whose facets do not matter here.
         let surface = VertexSurface::new(mesh, self.contactor, &all, &ContactTarget::unknown_body());
         let mut sums = vec![Sum::default(); surface.vertices().len()];
         let mut nodes = Vec::new();

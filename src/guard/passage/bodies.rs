@@ -1,7 +1,7 @@
 //! Missed contact between two deformable surfaces.
 
 use super::moving::{BodyPoint, Moving, StepEnds, around};
-use super::{Missed, Passage};
+use super::{Missed, MissedContactCheck};
 use crate::assembly::{ContactSystem, LocalContact};
 use crate::contact::history::History;
 use crate::contact::passage::Path;
@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::mesh::{Bounds, BoundsTree};
 
 /// The check of a contact with facets as the target.
-pub(super) struct BodyPassage<'a, const D: usize> {
+pub(super) struct BodyCheck<'a, const D: usize> {
     /// All contacts.
     pub system: &'a ContactSystem<D>,
     /// The contact.
@@ -18,7 +18,7 @@ pub(super) struct BodyPassage<'a, const D: usize> {
     pub ends: StepEnds<'a>,
 }
 
-impl<const D: usize> Passage<D> for BodyPassage<'_, D> {
+impl<const D: usize> MissedContactCheck<D> for BodyCheck<'_, D> {
     /// Whether a vertex of this rank was so deep in its target at the start of the step that points
     /// around it have lost weight.
     fn is_near(&self) -> bool {
@@ -43,7 +43,7 @@ impl<const D: usize> Passage<D> for BodyPassage<'_, D> {
     }
 }
 
-impl<const D: usize> BodyPassage<'_, D> {
+impl<const D: usize> BodyCheck<'_, D> {
     /// Points of either surface that went deeper than `depth` behind the other one, while
     /// the surfaces moved by `motion` \[m\]. Collective.
     fn swept(&self, motion: f64, depth: f64) -> Result<Vec<BodyPoint<D>>> {

@@ -14,9 +14,9 @@ use crate::collective::Collective;
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::mesh::spelled;
-use bodies::BodyPassage;
+use bodies::BodyCheck;
 use moving::{BodyPoint, StepEnds};
-use obstacle::{ObstaclePassage, describe_between};
+use obstacle::{ObstacleCheck, describe_between};
 
 /// Factor on the expected motion above which surfaces did not pass through a target. The balance
 /// that was found is then a different one.
@@ -36,12 +36,14 @@ struct Missed<const D: usize> {
     through: Vec<BodyPoint<D>>,
 }
 
-/// The ways to miss a contact over one kind of target.
-trait Passage<const D: usize> {
-    /// Whether a point of this rank is where [`Passage::missed`] must look more closely.
+/// Detects what a contact missed over one kind of target.
+trait MissedContactCheck<const D: usize> {
+    /// Whether a point of this rank is near or deep, which [`MissedContactCheck::missed`] takes into
+    /// account.
     fn is_near(&self) -> bool;
 
-    /// Finds what was missed while the surfaces moved by `motion` \[m\]. `is_near` holds on any rank.
+    /// Finds what was missed while the surfaces moved by `motion` \[m\]. `is_near` tells whether
+    /// it is so on at least one rank.
     /// Collective.
     ///
     /// # Errors
@@ -50,16 +52,16 @@ trait Passage<const D: usize> {
 }
 
 /// The check of a contact over the kind of its target, from one end of the step to the other.
-fn passage<'a, const D: usize>(
+fn check<'a, const D: usize>(
     system: &'a ContactSystem<D>,
     contact: &'a LocalContact<D>,
     ends: StepEnds<'a>,
-) -> Box<dyn Passage<D> + 'a> {
+) -> Box<dyn MissedContactCheck<D> + 'a> {
     match contact.target().obstacle() {
         Some(obstacle) => {
-            Box::new(ObstaclePassage { contact, obstacle, ends, bodies: &system.bodies().local().mesh.body })
+            Box::new(ObstacleCheck { contact, obstacle, ends, bodies: &system.bodies().local().mesh.body })
         }
-        None => Box::new(BodyPassage { system, contact, ends }),
+        None => Box::new(BodyCheck { system, contact, ends }),
     }
 }
 
@@ -83,7 +85,7 @@ pub fn missed_contact<const D: usize>(
     let ends = StepEnds { start: &start, end: &end };
     let motions = system.contacts().iter().flat_map(|contact| {
         let [contactor, target] = shifts(system, contact, ends);
-        let is_near = passage(system, contact, ends).is_near();
+        let is_near = check(system, contact, ends).is_near();
         [contactor, target, f64::from(u8::from(is_near))]
     });
     let mut motions: Vec<f64> = motions.collect();
@@ -91,7 +93,7 @@ pub fn missed_contact<const D: usize>(
     system.session().world().reduce_all(&own[..], &mut motions[..], SystemOperation::max());
     let contacts = system.contacts().iter().zip(motions.chunks_exact(3));
     let missed = contacts.map(|(contact, of_contact)| {
-        passage(system, contact, ends).missed(of_contact[0] + of_contact[1], of_contact[2] > 0.0)
+        check(system, contact, ends).missed(of_contact[0] + of_contact[1], of_contact[2] > 0.0)
     });
     let missed: Vec<Missed<D>> = missed.collect::<Result<_>>()?;
     let own: Vec<[u64; 2]> = missed

@@ -1,7 +1,7 @@
 //! Missed contact over an obstacle.
 
 use super::moving::{BodyPoint, StepEnds, around, nodes_of, parts, points_of, reference_of};
-use super::{Missed, Passage};
+use super::{Missed, MissedContactCheck};
 use crate::assembly::LocalContact;
 use crate::contact::obstacle::{Core, Shape};
 use crate::contact::passage::{lies_between, normal_of};
@@ -13,7 +13,7 @@ use crate::tensor::Vector as Point;
 const SHALLOW: f64 = 0.02;
 
 /// The check of a contact with an obstacle.
-pub(super) struct ObstaclePassage<'a, const D: usize> {
+pub(super) struct ObstacleCheck<'a, const D: usize> {
     /// The contact.
     pub contact: &'a LocalContact<D>,
     /// Its target.
@@ -24,7 +24,7 @@ pub(super) struct ObstaclePassage<'a, const D: usize> {
     pub bodies: &'a [u16],
 }
 
-impl<const D: usize> Passage<D> for ObstaclePassage<'_, D> {
+impl<const D: usize> MissedContactCheck<D> for ObstacleCheck<'_, D> {
     /// Whether a point of this rank is above a round obstacle, so that it would touch before the facet
     /// is one radius deep.
     fn is_near(&self) -> bool {
@@ -56,7 +56,7 @@ impl<const D: usize> Passage<D> for ObstaclePassage<'_, D> {
     }
 }
 
-impl<const D: usize> ObstaclePassage<'_, D> {
+impl<const D: usize> ObstacleCheck<'_, D> {
     /// Points of this rank's facets that passed through the obstacle.
     fn passing(&self) -> Vec<BodyPoint<D>> {
         let Self { contact, obstacle, ends, bodies } = *self;
