@@ -176,17 +176,18 @@ fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &mut Mod
 
 /// Pairs of surfaces of the model that may touch each other.
 fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
-    let couple = |contact| {
-        let &ContactModel { ref contactor, ref target, .. } = contact;
-        target.set().map(|target| Couple { contactor, target, travel: 0.0, load: true })
-    };
     let tied = model.ties.iter().map(|tie| Couple {
         contactor: &tie.contactor,
         target: &tie.target,
         travel: 0.0,
         load: false,
     });
-    model.contacts.iter().filter_map(couple).chain(tied).collect()
+    model.contacts.iter().filter_map(couple_of).chain(tied).collect()
+}
+
+fn couple_of<const D: usize>(contact: &ContactModel<D>) -> Option<Couple<'_>> {
+    let target = contact.target.set()?;
+    Some(Couple { contactor: &contact.contactor, target, travel: 0.0, load: true })
 }
 
 /// Computes the state at the start, writes its rows and creates the monitors.

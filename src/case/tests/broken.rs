@@ -104,7 +104,7 @@ const BROKEN: &[Broken] = &[
         "linear: auto",
         "linear: { filtered_amg: { passes: before } }",
         "26:59",
-        &["unknown field", "passes", "layers"],
+        &["unknown key 'passes'", "layers"],
     ),
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
     ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),
