@@ -67,8 +67,8 @@ impl Problem {
     /// Poisson's ratio from which on a factorisation takes less time than multigrid, although it is larger than
     /// `most_for_factors` allows otherwise.
     ///
-    /// A block of hex8 pressed on a plane and dragged, 24 375 unknowns, took 5.3 s with `filtered_amg` and 5.9 s
-    /// with MUMPS at 0.49, 6.4 and 5.9 s at 0.495, and 11.9 and 6.7 s at 0.499
+    /// A block of hex8 pressed on a plane and dragged, 24 375 unknowns, took 5.3 s with `filtered_amg` and 6.0 s
+    /// with MUMPS at 0.49, 6.4 and 6.2 s at 0.495, and 11.9 and 6.7 s at 0.499
     /// (docs/performance/large-problems.md). Incomplete factors failed at each of them.
     pub const STIFF: f64 = 0.495;
 
@@ -96,9 +96,10 @@ impl Problem {
     ///
     /// In 2D a pad of 40 602 unknowns on a plane, in two time steps, took 1.5 s with MUMPS and 1.3 s
     /// with `filtered_amg`, at a Poisson's ratio of 0.499 21 and 43 s. In 3D two boxes in contact took
-    /// 0.26 s per solve with MUMPS for 10 104 unknowns, with `filtered_amg` 0.37 s, and for 27 753
-    /// unknowns 1.1 s both. The block of [`STIFF`](Self::STIFF) at a ratio of 0.499 took 0.2, 1.1 and
-    /// 11 s for 7803, 24 375 and 78 033 unknowns, with `filtered_amg` 0.9, 2.5 and 8.5 s.
+    /// 0.26 s per solve with MUMPS for 10 104 unknowns, with `filtered_amg` and two layers 0.37 s, and for
+    /// 27 753 unknowns 1.1 s both. The block of [`STIFF`](Self::STIFF) at a ratio of 0.499 took 0.2, 1.1
+    /// and 11 s for 7803, 24 375 and 78 033 unknowns, with `filtered_amg` and two layers 0.9, 2.5 and
+    /// 8.5 s.
     fn most_for_factors(&self) -> usize {
         match (self.dimension, self.nearly_incompressible) {
             (2, true) => 500_000,

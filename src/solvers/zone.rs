@@ -134,10 +134,10 @@ impl Zone {
     /// the present pieces, whose solves take two to five.
     const MOST: &str = "30";
     /// Number of layers of W around a rank's own nodes whose change renews its factors, as in
-    /// `pc_asm_overlap`. The springs of contact couple nodes over two facets, so that one layer is two
-    /// facets wide along the contact. Without overlap GMRES takes 20 iterations in place of 3, the outer
-    /// method 118 in place of 17 at a penalty of 1e4 E / h, and it fails at 1e5. Two layers save almost
-    /// half of the iterations, and factors cost four times as much.
+    /// `pc_asm_overlap`. One layer of couplings of contact is several facets wide. Without overlap GMRES
+    /// takes 20 iterations in place of 3, the outer method 118 in place of 17 at a penalty of 1e4 E / h,
+    /// and it fails at 1e5. Two layers save almost half of the iterations, and factors cost four times
+    /// as much.
     const OVERLAP: usize = 1;
     /// W is chosen again when contact has shrunk by this factor.
     const SHRUNK: u64 = 4;
