@@ -173,6 +173,12 @@ impl<const D: usize> LocalContact<D> {
         self.pair.contact.target.place(step, free)
     }
 
+    /// Largest extent of a facet of either side \[m\]. Over a target without facets, the mean size of the
+    /// contactor's facets.
+    pub fn largest_facet(&self) -> f64 {
+        if self.target().has_facets() { self.pair.facet() } else { self.facet_size }
+    }
+
     /// Normal stiffness at a high pressure (a tenth of the softer modulus), relative to that of the
     /// elements beneath the surface.
     pub fn relative_stiffness(&self) -> f64 {

@@ -51,7 +51,7 @@ pub fn slides<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> Vec<S
     let slide =
         |(contact, ([motion, slid], [force, x, y, z])): (&&LocalContact<D>, ([f64; 2], [f64; 4]))| Slide {
             contact: contact.name.clone(),
-            facet: contact.pair.facet(),
+            facet: contact.largest_facet(),
             motion,
             slid,
             centre: (force > 0.0).then(|| [x, y, z].map(|moment| moment / force)),

@@ -36,15 +36,13 @@ struct Missed<const D: usize> {
     through: Vec<BodyPoint<D>>,
 }
 
-/// Detects what a contact missed over one kind of target.
+/// Detects missed contact over one kind of target.
 trait MissedContactCheck<const D: usize> {
-    /// Whether a point of this rank is near or deep, which [`MissedContactCheck::missed`] takes into
-    /// account.
+    /// Whether a point of this rank can touch its obstacle, or is deep in its target.
     fn is_near(&self) -> bool;
 
-    /// Finds what was missed while the surfaces moved by `motion` \[m\]. `is_near` tells whether
-    /// it is so on at least one rank.
-    /// Collective.
+    /// Returns the points of this rank at which contact was missed in a step in which the surfaces moved
+    /// by `motion` \[m\]. `is_near` is [`MissedContactCheck::is_near`] of any rank. Collective.
     ///
     /// # Errors
     /// If a message is damaged, the same on all ranks.
