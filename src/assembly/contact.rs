@@ -15,6 +15,7 @@ use crate::contact::state::{Changes, ContactState, SquaredForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
 use crate::contact::target::ContactTarget;
 use crate::contact::totals::ContactEnergy;
+use crate::dynamics::OverStep;
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, PlaneState};
 use crate::model::{self, InitialOverclosure};
@@ -261,7 +262,7 @@ impl<const D: usize> LocalContact<D> {
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
         positions: &[f64],
-        step: impl Fn(u32) -> Vector<D>,
+        step: (OverStep, impl Fn(u32) -> Vector<D>),
         below: f64,
     ) -> Result<()> {
         self.pair.gather(world, local, positions, step, below)

@@ -18,6 +18,7 @@ use crate::contact::mortar::resultant::ContactResultant;
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
+use crate::dynamics::OverStep;
 use crate::error::Result;
 use crate::mesh::{Facet, Mesh};
 use crate::partition::{IndexMap, LocalMesh};
@@ -55,17 +56,17 @@ impl SearchRadii {
     /// `swing` of the surfaces over the step \[m\].
     fn reach(&self, below: f64, swing: f64) -> Reach {
         Reach {
-            radius: self.range(below, swing, CandidateHorizon::Ahead).across,
+            radius: self.range(below, swing, CandidateHorizon::Ahead, false).across,
             slack: Self::SLACK * self.facet,
         }
     }
 
-    fn range(&self, below: f64, swing: f64, outlook: CandidateHorizon) -> CandidateRange {
+    fn range(&self, below: f64, swing: f64, outlook: CandidateHorizon, facing: bool) -> CandidateRange {
         let motion = match outlook {
             CandidateHorizon::Now => Self::TILT * Self::SLACK * self.facet,
             CandidateHorizon::Ahead => 2.0 * Self::TILT * Self::SLACK * self.facet,
         };
-        CandidateRange { across: OPEN * self.facet + below + motion + swing, along: motion + swing }
+        CandidateRange { across: OPEN * self.facet + below + motion + swing, along: motion + swing, facing }
     }
 }
 
@@ -121,6 +122,9 @@ pub struct ContactPair<const D: usize> {
     below: f64,
     /// Motion over the step for which the target was gathered.
     swing: Swing<D>,
+    /// Whether pairs of facets that do not face each other are left out. They are not if facets turn far
+    /// within the step.
+    facing: bool,
     contactor: Vec<Facet>,
     target: Vec<Facet>,
     /// Those of them at an edge of the target.
@@ -158,6 +162,7 @@ impl<const D: usize> ContactPair<D> {
             radii,
             below: 0.0,
             swing: Swing { mean: Point::zeros(), most: 0.0 },
+            facing: false,
             contactor,
             target: target.to_vec(),
             target_edges: HashSet::new(),
@@ -244,7 +249,8 @@ impl<const D: usize> ContactPair<D> {
     }
 
     /// Gathers the nearby target facets at the current positions of the local nodes \[m\], when the
-    /// deepest vertex is `below` the target \[m\]. Collective.
+    /// deepest vertex is `below` the target \[m\]. `step` is the motion of the nodes as for
+    /// [`is_stale`](Self::is_stale). Collective.
     ///
     /// # Errors
     /// All ranks return the same error.
@@ -253,16 +259,22 @@ impl<const D: usize> ContactPair<D> {
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
         positions: &[f64],
-        step: impl Fn(u32) -> Point<D>,
+        (over_step, step): (OverStep, impl Fn(u32) -> Point<D>),
         below: f64,
     ) -> Result<()> {
         if !self.contact.target.has_facets() {
             return Ok(());
         }
         self.below = below;
-        self.swing = Swing::of(world, &self.nodes, step);
+        self.swing = Swing::of(world, &self.nodes, &step);
         let reach = self.radii.reach(self.below, self.swing.relative());
-        self.gather = Some(TargetGather::new(world, &self.surfaces(local), positions, reach)?);
+        let gather = TargetGather::new(world, &self.surfaces(local), positions, reach)?;
+        let position = |node| std::array::from_fn(|i| positions[node as usize * D + i]);
+        let turned = has_turned(&gather, position, (over_step, step));
+        let mut any = 0u8;
+        world.reduce_all(&u8::from(turned), &mut any, SystemOperation::max());
+        self.facing = any == 0;
+        self.gather = Some(gather);
         Ok(())
     }
 
@@ -291,8 +303,15 @@ impl<const D: usize> ContactPair<D> {
     ///
     /// `position` is the position of a local node \[m\]. `step` is its motion from the start of the
     /// step to its midpoint \[m\], or zero unless forces act over the step.
-    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Point<D>) -> bool {
+    pub fn is_stale(
+        &self,
+        position: impl Fn(u32) -> [f64; D],
+        (over_step, step): (OverStep, impl Fn(u32) -> Point<D>),
+    ) -> bool {
         let Some(gather) = &self.gather else { return self.contact.target.has_facets() };
+        if self.facing && has_turned(gather, &position, (over_step, &step)) {
+            return true;
+        }
         let [contactor, target] = gather.motion(position);
         let beyond = (2.0 * self.swing.beside(&self.nodes, step) - self.swing.relative()).max(0.0);
         !gather.holds([2.0 * contactor.max(target), beyond])
@@ -301,8 +320,8 @@ impl<const D: usize> ContactPair<D> {
     /// Finds facets that may touch at the displacements of all nodes, and the nodes that vertices
     /// couple through them.
     pub fn find_couplings(&mut self, u: &[f64], outlook: CandidateHorizon) {
-        self.candidates =
-            self.contact.candidates(u, &self.radii.range(self.below, self.swing.relative(), outlook));
+        let range = self.radii.range(self.below, self.swing.relative(), outlook, self.facing);
+        self.candidates = self.contact.candidates(u, &range);
         let surface = &self.contact.surface;
         let vertices = surface.vertices().len();
         let near = self.candidates.couples();
@@ -411,4 +430,17 @@ impl<const D: usize> ContactPair<D> {
             }
         }
     }
+}
+
+/// Whether a facet of this rank has turned far since the facets were gathered, at these positions of the
+/// local nodes \[m\] or, if forces act over the step, at one of its ends.
+fn has_turned<const D: usize>(
+    gather: &TargetGather<D>,
+    position: impl Fn(u32) -> [f64; D],
+    (over_step, step): (OverStep, impl Fn(u32) -> Point<D>),
+) -> bool {
+    let places: &[f64] = if over_step == OverStep::Middle { &[-1.0, 0.0, 1.0] } else { &[0.0] };
+    places
+        .iter()
+        .any(|place| gather.has_turned(|node| (Point::from(position(node)) + step(node) * *place).into()))
 }

@@ -26,7 +26,7 @@ impl<const D: usize> ContactSystem<D> {
             let node = node as usize;
             std::array::from_fn(|i| points[node][i] + u[node * D + i])
         };
-        self.contacts.iter().any(|contact| contact.pair.is_stale(position, &step))
+        self.contacts.iter().any(|contact| contact.pair.is_stale(position, (stage.over_step, &step)))
     }
 
     /// Notes that the present search is the one of the undeformed bodies, which every run makes.
@@ -119,7 +119,7 @@ impl<const D: usize> ContactSystem<D> {
         let points = self.bodies.local.mesh.points.as_flattened();
         let positions: Vec<f64> = points.iter().zip(fields.u).map(|(x, u)| x + u).collect();
         for (contact, below) in self.contacts.iter_mut().zip(below) {
-            let step = half_step([fields.u, fields.u_start], over_step);
+            let step = (over_step, half_step([fields.u, fields.u_start], over_step));
             contact.gather(world, &self.bodies.local, &positions, step, *below)?;
         }
         let mut interface = self.meet()?;

@@ -86,6 +86,7 @@ fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>
         facets_are_those(world, whole, &local, &gather, &expected);
         values_fit_the_facets(world, whole, &local, &gather.foreign, shake);
         motion_is_noticed(&gather, &now, slack);
+        turning_is_noticed(&gather, &now);
     }
 }
 
@@ -143,6 +144,22 @@ fn motion_is_noticed<const D: usize>(gather: &TargetGather<D>, now: &[f64], slac
     assert!(at(&moved).iter().all(|&m| m == 0.0 || (0.249..=0.751).contains(&m)));
     let lost = vec![f64::NAN; now.len()];
     assert!(at(&lost).iter().all(|&m| m == 0.0 || !gather.holds([m, 0.0])));
+}
+
+/// A turn of all facets by 15 degrees is permitted, one by 25 degrees is not.
+fn turning_is_noticed<const D: usize>(gather: &TargetGather<D>, now: &[f64]) {
+    let turned = |degrees: f64| {
+        let (sine, cosine) = f64::to_radians(degrees).sin_cos();
+        gather.has_turned(|node| {
+            let mut point: [f64; D] = std::array::from_fn(|i| now[D * node as usize + i]);
+            let [x, y] = [point[0], point[D - 1]];
+            (point[0], point[D - 1]) = (cosine * x - sine * y, sine * x + cosine * y);
+            point
+        })
+    };
+    assert!(!turned(0.0) && !turned(15.0));
+    // A rank may have no facets.
+    assert!(turned(25.0) || !turned(90.0));
 }
 
 /// Number in the input mesh of each global node.

@@ -12,11 +12,13 @@ use std::collections::HashSet;
 use mpi::traits::CommunicatorCollectives;
 
 use crate::collective::Collective;
+use crate::contact::mortar::facing::FacetNormal;
 use crate::contact::target::TargetFacets;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, BoundsTree, ElementKind, Facet, stretch};
 use crate::partition::exchange::sparse_all_to_all;
 use crate::partition::{IndexMap, LocalMesh};
+use crate::tensor::Vector;
 
 pub use facets::ForeignNodes;
 use facets::GatheredFacets;
@@ -132,6 +134,12 @@ impl<const D: usize> TargetGather<D> {
         self.foreign.numbers.iter().copied().zip(self.foreign.points.iter().copied())
     }
 
+    /// Whether one of this rank's own facets has turned so far since they were gathered that it may face
+    /// others. `position` is the current position of a local node \[m\].
+    pub fn has_turned(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
+        self.contactor.has_turned(&position) || self.target.has_turned(&position)
+    }
+
     /// Largest motion of this rank's own facets of contactor and target since they were gathered
     /// \[m\].
     ///
@@ -148,13 +156,16 @@ impl<const D: usize> TargetGather<D> {
     }
 }
 
-/// Former positions of the nodes of a surface, and how much further than the nodes a point of their
-/// facets may have moved.
+/// Former positions of the nodes of a surface, how much further than the nodes a point of their facets
+/// may have moved, and the former directions of the facets.
 #[derive(Debug, Clone)]
 struct Track<const D: usize> {
     nodes: Vec<u32>,
     places: Vec<[f64; D]>,
     stretch: f64,
+    /// Kind and direction of each facet, whose nodes follow each other in `corners`.
+    directions: Vec<(ElementKind, FacetNormal<D>)>,
+    corners: Vec<u32>,
 }
 
 impl<const D: usize> Track<D> {
@@ -162,15 +173,30 @@ impl<const D: usize> Track<D> {
         let mut nodes = Vec::new();
         let mut list = Vec::new();
         let mut most = 1.0_f64;
+        let mut directions = Vec::with_capacity(facets.len());
         for &facet in facets {
             local.mesh.facet_nodes(facet, &mut list);
             nodes.extend_from_slice(&list);
-            most = most.max(stretch(local.mesh.facet_kind(facet)));
+            let kind = local.mesh.facet_kind(facet);
+            most = most.max(stretch(kind));
+            let places: Vec<Vector<D>> = list.iter().map(|&node| position(positions, node).into()).collect();
+            directions.push((kind, FacetNormal::of(kind, &places)));
         }
+        let corners = nodes.clone();
         nodes.sort_unstable();
         nodes.dedup();
         let places = nodes.iter().map(|&node| position(positions, node)).collect();
-        Self { nodes, places, stretch: most }
+        Self { nodes, places, stretch: most, directions, corners }
+    }
+
+    fn has_turned(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
+        let mut corners = self.corners.iter();
+        let mut places = Vec::new();
+        self.directions.iter().any(|(kind, before)| {
+            places.clear();
+            places.extend(corners.by_ref().take(kind.nodes()).map(|&node| Vector::from(position(node))));
+            FacetNormal::of(*kind, &places).has_turned(before)
+        })
     }
 
     /// Largest component of the motion, which is the norm in which boxes are enlarged. Infinite if

@@ -2,6 +2,7 @@
 
 use super::candidates::{CandidateRange, Candidates};
 use super::contact::VertexContact;
+use super::facing::FacetNormal;
 use super::shape::FacetShape;
 use crate::mesh::{Bounds, BoundsTree, ElementKind};
 use crate::space::facet_normal;
@@ -32,7 +33,8 @@ impl<const D: usize> VertexContact<D> {
     /// time only. A missing pair would change the result.
     ///
     /// Pairs of facets that share a node are excluded: surfaces of one body that meet at an edge do
-    /// not press on each other there. Over an obstacle every facet is a candidate.
+    /// not press on each other there. With `range.facing` so are facets whose directions are alike, for
+    /// instance neighbours on a surface that is in contact with itself. Over an obstacle every facet is a candidate.
     pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Candidates<D> {
         let Some(opposite) = self.target.body() else {
             return self
@@ -42,8 +44,10 @@ impl<const D: usize> VertexContact<D> {
         let targets = 0..opposite.count() as u32;
         let mut nodes = Vec::new();
         let mut boxes = Vec::with_capacity(opposite.count());
+        let mut directions = Vec::with_capacity(opposite.count());
         for target in targets {
             opposite.current(target, u, &mut nodes);
+            directions.push(FacetNormal::of(opposite.kind(target), &nodes));
             boxes.push(Bounds::of_facet(opposite.kind(target), nodes.iter().map(|&x| x.into())));
         }
         let tree = BoundsTree::new(&boxes);
@@ -56,12 +60,14 @@ impl<const D: usize> VertexContact<D> {
             let around = Bounds::of_facet(facet.kind, positions.iter().map(|&x: &Vector<D>| x.into()));
             let around = around.inflate(range.farthest::<D>());
             let column = Column::of(facet.kind, &positions, range);
+            let direction = FacetNormal::of(facet.kind, &positions);
             let may_reach = |bounds: &Bounds<D>| {
                 around.meets(bounds) && column.as_ref().is_none_or(|column| column.may_reach(bounds))
             };
             for target in tree.admitted(may_reach) {
                 let others = opposite.nodes(target);
-                if own.iter().any(|node| others.contains(node)) {
+                let may_face = !range.facing || direction.may_face(&directions[target as usize]);
+                if !may_face || own.iter().any(|node| others.contains(node)) {
                     continue;
                 }
                 opposite.current(target, u, &mut nodes);
@@ -234,13 +240,58 @@ mod tests {
         couples
     }
 
+    /// The whole surface of a block against itself: no facet is coupled with one of the same side, and
+    /// every other couple remains.
+    fn check_facing<const D: usize>(element: ElementKind) {
+        let mesh = merge(vec![("block".to_owned(), block::<D>(element, [0.0, 1.0], [0.0, 1.0], 4))]).unwrap();
+        let mine = vec![true; mesh.element_count()];
+        let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
+        let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
+        let sides = ["block.bottom", "block.top", "block.left", "block.right"];
+        let facets: Vec<_> = sides.iter().flat_map(|&side| mesh.facet_sets[side].clone()).collect();
+        let opposite = target(&mesh, &sides);
+        let target = ContactTarget::Body(opposite);
+        let surface = VertexSurface::new(&mesh, &facets, &ownership, &target);
+        let contact = frictionless(surface, target);
+        let u = vec![0.0; mesh.points.len() * D];
+        let couples = |facing| {
+            let range = CandidateRange { across: 0.6, along: 0.6, facing };
+            contact.candidates(&u, &range).couples().to_vec()
+        };
+        let opposite = contact.target.body().unwrap();
+        let direction = |kind: ElementKind, points: &[Vector<D>]| FacetNormal::of(kind, points);
+        let of_target: Vec<_> = (0..opposite.count() as u32)
+            .map(|target| direction(opposite.kind(target), opposite.reference_points(target)))
+            .collect();
+        let surface = &contact.surface;
+        let of_contactor = |facet: u32| {
+            let facet = &surface.facets()[facet as usize];
+            direction(facet.kind, surface.reference_points(facet))
+        };
+        let alike = |&(facet, target): &(u32, u32)| {
+            of_contactor(facet).vector().dot(&of_target[target as usize].vector()) > 0.9
+        };
+        let (all, facing) = (couples(false), couples(true));
+        assert!(all.iter().any(alike), "{element}");
+        assert_eq!(facing, all.into_iter().filter(|couple| !alike(couple)).collect::<Vec<_>>(), "{element}");
+    }
+
+    /// Facets that look in the same direction are left out if asked.
+    #[test]
+    fn facets_of_one_side_are_no_couples() {
+        check_facing::<2>(ElementKind::Quad4);
+        check_facing::<2>(ElementKind::Tri3);
+        check_facing::<3>(ElementKind::Hex8);
+        check_facing::<3>(ElementKind::Tet4);
+    }
+
     fn check<const D: usize>(element: ElementKind) {
         let (contact, size) = nested::<D>(element);
         let facets = contact.surface.facets().len() * contact.target.body().unwrap().count();
         let u: Vec<f64> = scatter(size, 3).iter().map(|u| 0.02 * u).collect();
         for across in [0.0, 0.1, 0.5, 3.0] {
             for along in [0.0, 0.1, 0.4] {
-                let range = CandidateRange { across, along };
+                let range = CandidateRange { across, along, facing: false };
                 let expected = all_near(&contact, &u, &range);
                 assert!(!expected.is_empty() && expected.len() < facets / 2, "{element}, {range:?}");
                 assert_eq!(contact.candidates(&u, &range).couples(), expected, "{element}, {range:?}");

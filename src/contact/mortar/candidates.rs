@@ -14,6 +14,10 @@ pub struct CandidateRange {
     /// Along the contactor facet, beyond its ends. The surfaces may slide this far before the
     /// candidates are searched again.
     pub along: f64,
+    /// Whether facets that do not face each other are left out. They may turn by
+    /// [`FacetNormal::has_turned`](super::facing::FacetNormal::has_turned) before the candidates are searched
+    /// again.
+    pub facing: bool,
 }
 
 impl CandidateRange {

@@ -23,7 +23,7 @@ mod broad_phase;
 pub mod candidates;
 mod clip;
 pub mod contact;
-mod facing;
+pub mod facing;
 pub mod integrals;
 pub mod intersection;
 pub mod kernel;
