@@ -34,7 +34,7 @@ const FUNCTIONS: &str = "
     KSPCreate KSPDestroy KSPSetOptionsPrefix KSPSetOperators KSPSetFromOptions KSPSetTolerances
     KSPGetTolerances KSPSetUp KSPSolve KSPReset KSPGetPC KSPGetType KSPGetIterationNumber
     KSPGetResidualNorm KSPGetConvergedReason KSPSetReusePreconditioner KSPSetInitialGuessNonzero
-    KSPSetUpOnBlocks PCASMGetSubKSP
+    KSPSetUpOnBlocks
     PCGetType PCSetType PCGetFailedReason PCShellSetContext PCShellGetContext PCShellSetApply
     PCShellSetDestroy PCShellSetName
 ";

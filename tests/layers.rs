@@ -30,7 +30,6 @@ const MACROS: &[&str] = &["tagged", "family", "laws"];
 const SHARED: &[&str] = &[
     // As a case states them, and as the program holds them.
     "Body",
-    "FilteredAmg",
     "Kinematics",
     "Locking",
     "Mesh",

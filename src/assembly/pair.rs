@@ -14,6 +14,7 @@ use crate::collective::Collective;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, VertexContact};
+use crate::contact::mortar::facing::ALIKE;
 use crate::contact::mortar::resultant::ContactResultant;
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
@@ -48,6 +49,10 @@ impl SearchRadii {
     /// searched again. Half of the value searches twice as often; twice the value couples a quarter
     /// more nodes.
     const SLACK: f64 = 0.3;
+    /// Cosine of the angle between the normals of two facets above which the pattern of the matrix has no
+    /// blocks for them: that of 40 degrees. Facets may turn by 10 degrees, or 5 each, before the pattern
+    /// lacks blocks for the pairs of a later search, which leaves out those above [`ALIKE`].
+    const ALIKE_AHEAD: f64 = 0.766;
     /// Largest ratio of a motion along a tilted axis to its largest component: the square root of
     /// the dimension.
     const TILT: f64 = 1.7321;
@@ -66,7 +71,15 @@ impl SearchRadii {
             CandidateHorizon::Now => Self::TILT * Self::SLACK * self.facet,
             CandidateHorizon::Ahead => 2.0 * Self::TILT * Self::SLACK * self.facet,
         };
-        CandidateRange { across: OPEN * self.facet + below + motion + swing, along: motion + swing, facing }
+        let alike = match outlook {
+            CandidateHorizon::Now => ALIKE,
+            CandidateHorizon::Ahead => Self::ALIKE_AHEAD,
+        };
+        CandidateRange {
+            across: OPEN * self.facet + below + motion + swing,
+            along: motion + swing,
+            alike: facing.then_some(alike),
+        }
     }
 }
 
@@ -122,8 +135,8 @@ pub struct ContactPair<const D: usize> {
     below: f64,
     /// Motion over the step for which the target was gathered.
     swing: Swing<D>,
-    /// Whether pairs of facets that do not face each other are left out. They are not if facets turn far
-    /// within the step.
+    /// Whether pairs of facets with similar normals are left out. They are not if facets turn far within
+    /// the step.
     facing: bool,
     contactor: Vec<Facet>,
     target: Vec<Facet>,

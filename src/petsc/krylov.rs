@@ -116,28 +116,6 @@ impl KrylovSolver {
         self.with_defaults(|| petsc!(KSPSetUp(self.raw))).map_err(|error| self.blame(error))
     }
 
-    /// Sets whether [`set_up_pieces`](Self::set_up_pieces) keeps the factors of this rank's pieces
-    /// when the matrix changes. Other ranks may decide otherwise. It applies to PETSc's additive
-    /// Schwarz method after its first setup, and does nothing otherwise.
-    ///
-    /// # Errors
-    /// PETSc fails.
-    pub fn reuse_pieces(&mut self, reuse: Reuse) -> Result<()> {
-        if self.types()?.1 != "asm" {
-            return Ok(());
-        }
-        let (mut count, mut solvers) = (0, null_mut());
-        petsc!(PCASMGetSubKSP(self.preconditioner()?, &mut count, null_mut(), &mut solvers))?;
-        let flag = if reuse == Reuse::Keep { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
-        for piece in 0..count as usize {
-            // SAFETY: PETSc returned an array of `count` solvers, which live as long as the
-            // preconditioner.
-            let solver = unsafe { *solvers.add(piece) };
-            petsc!(KSPSetReusePreconditioner(solver, flag))?;
-        }
-        Ok(())
-    }
-
     /// Builds the preconditioner including that of each piece, which `set_up` leaves to the first
     /// solve. Collective.
     ///

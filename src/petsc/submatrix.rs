@@ -6,18 +6,19 @@ use super::pattern::BlockPattern;
 use super::session::Session;
 use super::vector::Vector;
 use crate::collective::Collective;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use mpi::collective::SystemOperation;
 use std::rc::Rc;
 
-/// `P^T A P`, where `P` selects nodes. It exists on the ranks that own a selected node, and each of
+/// Entries of the largest block.
+const LARGEST: usize = 9;
+
+/// `P^T A P`, where `P` selects nodes, without the blocks off the diagonal that are zero. It exists on the ranks that own a selected node, and each of
 /// them holds the rows of those that it owns. The other ranks take no part in its products and
 /// solves.
 pub struct SubMatrix {
     session: Rc<Session>,
     matrix: Matrix,
-    /// Slot in the full matrix of each slot.
-    slots: Vec<u32>,
     /// Selected owned nodes, ascending.
     nodes: Vec<u32>,
 }
@@ -29,21 +30,28 @@ impl SubMatrix {
     /// # Errors
     /// There is not enough memory.
     pub fn new(session: &Rc<Session>, whole: &Matrix, nodes: Vec<u32>) -> Result<Option<Self>> {
-        let (pattern, slots) = Self::selected(session, whole.pattern(), &nodes)?;
+        let (pattern, slots) = Self::selected(session, whole, &nodes)?;
         let Some(members) = session.of_members(!nodes.is_empty()) else { return Ok(None) };
-        let matrix = Matrix::new(&members, &Rc::new(pattern), whole.format())?;
-        let mut part = Self { session: members, matrix, slots, nodes };
-        part.extract(whole)?;
-        Ok(Some(part))
+        let mut matrix = Matrix::new(&members, &Rc::new(pattern), whole.format())?;
+        let mut block = [0.0; LARGEST];
+        let block = &mut block[..whole.block_size() * whole.block_size()];
+        whole.read(|values| {
+            matrix.fill(|part| {
+                part.zero();
+                for (to, &from) in (0..).zip(&slots) {
+                    values.block(from, block);
+                    part.add(to, block);
+                }
+            })
+        })??;
+        Ok(Some(Self { session: members, matrix, nodes }))
     }
 
     /// The pattern of the part, and the slot in `whole` of each of its slots. The selected nodes are
-    /// numbered in the order of the full matrix. Collective.
-    fn selected(
-        session: &Rc<Session>,
-        whole: &BlockPattern,
-        nodes: &[u32],
-    ) -> Result<(BlockPattern, Vec<u32>)> {
+    /// numbered in the order of the full matrix. Blocks off the diagonal that are zero are left out.
+    /// Collective.
+    fn selected(session: &Rc<Session>, matrix: &Matrix, nodes: &[u32]) -> Result<(BlockPattern, Vec<u32>)> {
+        let whole: &BlockPattern = matrix.pattern();
         let mut through = 0;
         session.world().reduce_up_to(&(nodes.len() as i32), &mut through, SystemOperation::sum());
         let first_row = through - nodes.len() as i32;
@@ -73,51 +81,29 @@ impl SubMatrix {
             places: nodes.iter().map(|&node| whole.places[node as usize]).collect(),
         };
         let mut slots = Vec::new();
-        for &node in nodes {
-            for slot in whole.row(node as usize) {
-                let Some(number) = number_of(whole.columns[slot]) else { continue };
-                pattern.columns.push(number);
-                slots.push(slot as u32);
-            }
-            pattern.row_offsets.push(slots.len() as u32);
-        }
-        Ok((pattern, slots))
-    }
-
-    /// Copies the current values of the full matrix. Collective among the ranks of the part.
-    ///
-    /// # Errors
-    /// PETSc rejects its arrays or the assembly.
-    pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
-        let Self { matrix, slots, .. } = self;
-        let mut block = [0.0; 9];
-        let block = block
-            .get_mut(..whole.block_size() * whole.block_size())
-            .ok_or_else(|| Error::internal("a matrix with blocks of more than three rows"))?;
-        whole.read(|values| {
-            matrix.fill(|part| {
-                part.zero();
-                for (to, &from) in (0..).zip(slots.iter()) {
-                    values.block(from, block);
-                    part.add(to, block);
+        let mut block = [0.0; LARGEST];
+        let block = &mut block[..whole.block_size * whole.block_size];
+        matrix.read(|values| {
+            for &node in nodes {
+                let own = owned.start + node as i32;
+                for slot in whole.row(node as usize) {
+                    let column = whole.columns[slot];
+                    let Some(number) = number_of(column) else { continue };
+                    values.block(slot as u32, block);
+                    if column == own || block.iter().any(|entry| *entry != 0.0) {
+                        pattern.columns.push(number);
+                        slots.push(slot as u32);
+                    }
                 }
-            })
-        })?
+                pattern.row_offsets.push(slots.len() as u32);
+            }
+        })?;
+        Ok((pattern, slots))
     }
 
     /// The ranks of the part.
     pub fn session(&self) -> &Rc<Session> {
         &self.session
-    }
-
-    /// The matrix.
-    pub fn matrix(&self) -> &Matrix {
-        &self.matrix
-    }
-
-    /// The first selected owned node.
-    pub fn first_node(&self) -> Option<usize> {
-        self.nodes.first().map(|node| *node as usize)
     }
 
     /// A zero vector with its layout. Collective among the ranks of the part.

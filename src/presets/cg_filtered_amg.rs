@@ -1,8 +1,5 @@
 //! Conjugate gradients with the preconditioner of `filtered_amg`.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::{BOTH, CG, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
@@ -15,12 +12,3 @@ pub(super) const PRESET: Preset = Preset {
     alone: &[CG[0]],
     ..Preset::CG
 };
-
-/// Parameters of the symmetric filtered multigrid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CgFilteredAmg {
-    /// Element layers around the nodes in contact that are factorised with them. Two take fewer
-    /// iterations, but more time and memory.
-    pub layers: u32,
-}

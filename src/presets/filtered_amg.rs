@@ -3,9 +3,6 @@
 //!
 //! `src/solvers/filtered_amg.rs` implements the preconditioner.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::{BOTH, GMRES, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
@@ -19,12 +16,3 @@ pub(super) const PRESET: Preset = Preset {
     alone: &[GMRES[0]],
     ..Preset::GMRES
 };
-
-/// Parameters of the filtered multigrid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FilteredAmg {
-    /// Element layers around the nodes in contact that are factorised with them. Two take fewer
-    /// iterations, but more time and memory.
-    pub layers: u32,
-}

@@ -109,13 +109,13 @@ presets! {
     "gmres_asm_ilu": gmres_asm_ilu => GmresAsmIlu,
     "gmres_asm_ilu1": gmres_asm_ilu1 => GmresAsmIlu1,
     "two_stage": two_stage => TwoStage(TwoStage),
-    "filtered_amg": filtered_amg => FilteredAmg(FilteredAmg),
+    "filtered_amg": filtered_amg => FilteredAmg,
     "gmres_amg": gmres_amg => GmresAmg,
     "cholesky": cholesky => Cholesky,
     "cg_jacobi": cg_jacobi => CgJacobi,
     "cg_icc": cg_icc => CgIcc,
     "cg_amg": cg_amg => CgAmg,
-    "cg_filtered_amg": cg_filtered_amg => CgFilteredAmg(CgFilteredAmg),
+    "cg_filtered_amg": cg_filtered_amg => CgFilteredAmg,
 }
 
 impl Linear {

@@ -6,7 +6,7 @@ use crate::dynamics::{Equations, KnownFriction};
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
-use crate::presets::{CgFilteredAmg, FilteredAmg, Linear, TwoStage};
+use crate::presets::{Linear, TwoStage};
 use crate::solvers::{
     Augmented, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Problem, StageMatrix, Staggered,
     StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
@@ -42,9 +42,6 @@ pub fn linear(case: &Case) -> LinearChoice {
         Linear::TwoStage(TwoStage { second, inner }) => {
             let inner = inner.linear().and_then(Linear::preset).map(|preset| preset.name);
             LinearChoice::TwoStage(TwoStageSettings { second, inner })
-        }
-        Linear::FilteredAmg(FilteredAmg { layers }) | Linear::CgFilteredAmg(CgFilteredAmg { layers }) => {
-            LinearChoice::FilteredAmg { name: preset.name, layers }
         }
         Linear::Direct if has_symmetric_stages(case) => LinearChoice::Named("cholesky"),
         _ => LinearChoice::Named(preset.name),

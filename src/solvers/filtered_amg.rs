@@ -2,9 +2,8 @@
 //! contact (theory, section 6.4).
 //!
 //! The penalty couples a thin layer with entries far above those of the bulk, and aggregation fails
-//! on them. Let W be the nodes that closed contact points or ties couple, with those of `layers` layers
-//! of elements around them, by default none. One application to `r`, with the residual of the full
-//! operator `K` in between, has three parts:
+//! on them. Let W be the nodes that closed contact points or ties couple. One application to `r`, with the
+//! residual of the full operator `K` in between, has three parts:
 //!
 //! 1. solve with the part of `K` on W: exact on up to four ranks, by overlapping pieces on more;
 //! 2. one cycle of multigrid with rigid-body modes on the matrix of the bodies, joined in contact
@@ -14,7 +13,8 @@
 //! The springs prevent the iterations from growing with the mesh. Without them the cycle separates
 //! the bodies, and W repairs that only over its depth. For long waves a joint as stiff as an element
 //! is as good as a rigid one. So W needs no layer around the contact: with two the iterations are
-//! fewer, but its factors cost more than these iterations
+//! fewer, but its factors cost more than these iterations. The nodes of the contactor alone would do as
+//! well, for 1.4 times the iterations, with slip up to twice
 //! (docs/performance/large-problems.md).
 //!
 //! The interpolation is built from the bodies alone, before they are joined, so every aggregate
@@ -23,9 +23,8 @@
 //! ties sliding bodies.
 //!
 //! The interpolation is kept as long as the bodies remain. The matrices on the levels are kept
-//! until a twentieth of the points changes its status, or an iteration gains less. A rank keeps its
-//! factors of W until the rows of a node there change, because each such point would cost
-//! iterations.
+//! until a twentieth of the points changes its status, or an iteration gains less. W is factorised for
+//! every matrix.
 
 use std::rc::Rc;
 
@@ -288,15 +287,14 @@ pub struct FilteredAmg {
 }
 
 impl FilteredAmg {
-    /// Creates a preconditioner whose matrices are still zero, with `layers` layers of elements in W.
-    /// Collective.
+    /// Creates a preconditioner whose matrices are still zero. Collective.
     ///
     /// # Errors
     /// If memory is insufficient.
-    pub fn new(origin: &Origin, layers: u32) -> Result<Self> {
+    pub fn new(origin: &Origin) -> Result<Self> {
         Ok(Self {
             bulk: Bulk::new(origin)?,
-            zone: Zone::new(origin.session, layers)?,
+            zone: Zone::new(origin.session)?,
             operator: None,
             residual: origin.pattern.like()?,
             correction: origin.pattern.like()?,
@@ -315,14 +313,12 @@ impl CustomPreconditioner for FilteredAmg {
 
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()> {
         self.zone.observe(system.contact_nodes());
-        // Factors that were kept are renewed first, because the hierarchy may not be the cause.
-        let reuse = if self.zone.is_kept() { Reuse::Keep } else { reuse };
         self.bulk.assemble(system, stage, &self.residual, reuse)
     }
 
-    fn prepare(&mut self, matrix: &Matrix, source: Option<&Rc<MatrixSource>>, reuse: Reuse) -> Result<()> {
+    fn prepare(&mut self, matrix: &Matrix, source: Option<&Rc<MatrixSource>>, _: Reuse) -> Result<()> {
         self.operator = Some(matrix.share()?);
-        self.zone.prepare(matrix, source, reuse)?;
+        self.zone.prepare(matrix, source)?;
         self.bulk.prepare()
     }
 
@@ -366,6 +362,7 @@ impl CustomPreconditioner for FilteredAmg {
     fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn MultigridHints) -> Result<()> {
         let FilteredAmgState { bulk, zone } = stored(state)?;
         self.bulk.resume(&bulk, sources, system, &self.residual)?;
-        self.zone.resume(&zone, sources, system)
+        self.zone.resume(&zone, sources);
+        Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use super::two_stage::TwoStageSettings;
 use crate::error::{Error, Result};
 use crate::petsc::Format;
-use crate::presets::{FilteredAmg, Preset};
+use crate::presets::Preset;
 
 /// Linear solver that the case requests.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,13 +14,6 @@ pub enum LinearChoice {
     Named(&'static str),
     /// The two-stage scheme as preconditioner.
     TwoStage(TwoStageSettings),
-    /// A filtered multigrid.
-    FilteredAmg {
-        /// Name of the preset.
-        name: &'static str,
-        /// Number of element layers around the nodes in contact.
-        layers: u32,
-    },
 }
 
 impl LinearChoice {
@@ -31,14 +24,6 @@ impl LinearChoice {
             _ => TwoStageSettings::default(),
         };
         TwoStageSettings { inner: asked.inner.or(Some(problem.inner())), ..asked }
-    }
-
-    /// Number of element layers of the filtered multigrid around the nodes in contact.
-    pub(super) fn layers(&self) -> u32 {
-        match self {
-            Self::FilteredAmg { layers, .. } => *layers,
-            _ => FilteredAmg::default().layers,
-        }
     }
 }
 
@@ -159,9 +144,10 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
         LinearChoice::Auto => problem.names().to_vec(),
         LinearChoice::Named("direct") => vec!["direct"],
         LinearChoice::TwoStage(_) => vec!["two_stage", "gmres_asm_ilu", "direct"],
+        LinearChoice::Named(name @ "filtered_amg") if !problem.symmetric => {
+            vec![name, "gmres_asm_ilu", "direct"]
+        }
         LinearChoice::Named(name) => vec![name, "direct"],
-        LinearChoice::FilteredAmg { name, .. } if problem.symmetric => vec![name, "direct"],
-        LinearChoice::FilteredAmg { name, .. } => vec![name, "gmres_asm_ilu", "direct"],
     };
     let known = names.iter().filter_map(|name| Preset::named(name));
     let presets: Vec<&Preset> = known.filter(|preset| problem.stores(preset)).collect();

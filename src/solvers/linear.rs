@@ -89,8 +89,6 @@ pub struct LinearSolver {
     /// State of the contact points when they were last observed.
     contact: ContactCounts,
     stages: TwoStageSettings,
-    /// Number of element layers of the filtered multigrid around the nodes in contact.
-    layers: u32,
     /// Whether factorisations run on a single rank.
     alone: bool,
     work: Vector,
@@ -137,7 +135,6 @@ impl LinearSolver {
             set_up_for: None,
             contact: ContactCounts::default(),
             stages: choice.stages(problem),
-            layers: choice.layers(),
             alone: false,
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
@@ -294,7 +291,7 @@ impl LinearSolver {
                 let inner = self.stages.inner.unwrap_or("cg_icc");
                 Box::new(TwoStage::new(&origin, self.stages.second, inner)?)
             }
-            false => Box::new(FilteredAmg::new(&origin, self.layers)?),
+            false => Box::new(FilteredAmg::new(&origin)?),
         })
     }
 

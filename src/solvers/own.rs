@@ -34,7 +34,8 @@ pub trait CustomPreconditioner {
     /// If a PETSc call fails.
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()>;
 
-    /// Prepares to precondition `matrix`, which has this `source`. Factors of an earlier matrix may be kept. Collective.
+    /// Prepares to precondition `matrix`, which has this `source`. Factors of an earlier matrix may be kept.
+    /// Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.

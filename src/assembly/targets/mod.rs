@@ -135,7 +135,7 @@ impl<const D: usize> TargetGather<D> {
     }
 
     /// Whether one of this rank's own facets has turned so far since they were gathered that it may face
-    /// others. `position` is the current position of a local node \[m\].
+    /// others than then. `position` is the current position of a local node \[m\].
     pub fn has_turned(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
         self.contactor.has_turned(&position) || self.target.has_turned(&position)
     }

@@ -33,8 +33,9 @@ impl<const D: usize> VertexContact<D> {
     /// time only. A missing pair would change the result.
     ///
     /// Pairs of facets that share a node are excluded: surfaces of one body that meet at an edge do
-    /// not press on each other there. With `range.facing` so are facets whose directions are alike, for
-    /// instance neighbours on a surface that is in contact with itself. Over an obstacle every facet is a candidate.
+    /// not press on each other there. Pairs whose normals are more alike than `range.alike` are excluded too,
+    /// for instance neighbours on a surface that is in contact with itself: they have the weight zero. Over
+    /// an obstacle every facet is a candidate.
     pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Candidates<D> {
         let Some(opposite) = self.target.body() else {
             return self
@@ -44,10 +45,10 @@ impl<const D: usize> VertexContact<D> {
         let targets = 0..opposite.count() as u32;
         let mut nodes = Vec::new();
         let mut boxes = Vec::with_capacity(opposite.count());
-        let mut directions = Vec::with_capacity(opposite.count());
+        let mut normals = Vec::with_capacity(opposite.count());
         for target in targets {
             opposite.current(target, u, &mut nodes);
-            directions.push(FacetNormal::of(opposite.kind(target), &nodes));
+            normals.push(FacetNormal::of(opposite.kind(target), &nodes));
             boxes.push(Bounds::of_facet(opposite.kind(target), nodes.iter().map(|&x| x.into())));
         }
         let tree = BoundsTree::new(&boxes);
@@ -60,14 +61,14 @@ impl<const D: usize> VertexContact<D> {
             let around = Bounds::of_facet(facet.kind, positions.iter().map(|&x: &Vector<D>| x.into()));
             let around = around.inflate(range.farthest::<D>());
             let column = Column::of(facet.kind, &positions, range);
-            let direction = FacetNormal::of(facet.kind, &positions);
+            let normal = FacetNormal::of(facet.kind, &positions);
             let may_reach = |bounds: &Bounds<D>| {
                 around.meets(bounds) && column.as_ref().is_none_or(|column| column.may_reach(bounds))
             };
             for target in tree.admitted(may_reach) {
                 let others = opposite.nodes(target);
-                let may_face = !range.facing || direction.may_face(&directions[target as usize]);
-                if !may_face || own.iter().any(|node| others.contains(node)) {
+                let is_like = |limit| normal.is_like(&normals[target as usize], limit);
+                if range.alike.is_some_and(is_like) || own.iter().any(|node| others.contains(node)) {
                     continue;
                 }
                 opposite.current(target, u, &mut nodes);
@@ -172,6 +173,7 @@ impl<const D: usize> Slab<D> {
 mod tests {
     use std::f64::consts::PI;
 
+    use super::super::facing::ALIKE;
     use super::super::surface::VertexSurface;
     use super::*;
     use crate::contact::nodal::at;
@@ -254,8 +256,8 @@ mod tests {
         let surface = VertexSurface::new(&mesh, &facets, &ownership, &target);
         let contact = frictionless(surface, target);
         let u = vec![0.0; mesh.points.len() * D];
-        let couples = |facing| {
-            let range = CandidateRange { across: 0.6, along: 0.6, facing };
+        let couples = |alike| {
+            let range = CandidateRange { across: 0.6, along: 0.6, alike };
             contact.candidates(&u, &range).couples().to_vec()
         };
         let opposite = contact.target.body().unwrap();
@@ -271,7 +273,7 @@ mod tests {
         let alike = |&(facet, target): &(u32, u32)| {
             of_contactor(facet).vector().dot(&of_target[target as usize].vector()) > 0.9
         };
-        let (all, facing) = (couples(false), couples(true));
+        let (all, facing) = (couples(None), couples(Some(ALIKE)));
         assert!(all.iter().any(alike), "{element}");
         assert_eq!(facing, all.into_iter().filter(|couple| !alike(couple)).collect::<Vec<_>>(), "{element}");
     }
@@ -291,7 +293,7 @@ mod tests {
         let u: Vec<f64> = scatter(size, 3).iter().map(|u| 0.02 * u).collect();
         for across in [0.0, 0.1, 0.5, 3.0] {
             for along in [0.0, 0.1, 0.4] {
-                let range = CandidateRange { across, along, facing: false };
+                let range = CandidateRange { across, along, alike: None };
                 let expected = all_near(&contact, &u, &range);
                 assert!(!expected.is_empty() && expected.len() < facets / 2, "{element}, {range:?}");
                 assert_eq!(contact.candidates(&u, &range).couples(), expected, "{element}, {range:?}");

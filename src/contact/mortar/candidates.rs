@@ -14,10 +14,9 @@ pub struct CandidateRange {
     /// Along the contactor facet, beyond its ends. The surfaces may slide this far before the
     /// candidates are searched again.
     pub along: f64,
-    /// Whether facets that do not face each other are left out. They may turn by
-    /// [`FacetNormal::has_turned`](super::facing::FacetNormal::has_turned) before the candidates are searched
-    /// again.
-    pub facing: bool,
+    /// Cosine of the angle between the normals of two facets above which they are left out, because they do
+    /// not face each other; `None` if the angle does not matter.
+    pub alike: Option<f64>,
 }
 
 impl CandidateRange {

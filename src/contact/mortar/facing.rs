@@ -30,7 +30,7 @@ const TURNED: f64 = 0.94;
 
 /// Cosine of the angle between the normals of two facets above which they do not face each other, even
 /// after both have turned by [`TURNED`]: that of 50 degrees, rounded up.
-const ALIKE: f64 = 0.643;
+pub const ALIKE: f64 = 0.643;
 
 /// The unit normal at the centre of a facet.
 #[derive(Debug, Clone, Copy)]
@@ -48,16 +48,16 @@ impl<const D: usize> FacetNormal<D> {
         self.0
     }
 
-    /// Whether facets with these normals may face each other before candidates are searched again.
-    /// Facets without a normal may.
-    pub fn may_face(&self, other: &Self) -> bool {
-        let cosine = self.0.dot(&other.0);
-        cosine.is_nan() || cosine <= ALIKE
+    /// Whether the cosine of the angle between these normals is above `limit`. It is not if a facet has no
+    /// normal.
+    pub fn is_like(&self, other: &Self, limit: f64) -> bool {
+        self.0.dot(&other.0) > limit
     }
 
-    /// Whether the facet has turned so far that candidates have to be searched again.
+    /// Whether the facet has turned so far that candidates have to be searched again, or has lost its normal.
     pub fn has_turned(&self, before: &Self) -> bool {
-        self.0.dot(&before.0) < TURNED
+        let cosine = self.0.dot(&before.0);
+        cosine < TURNED || cosine.is_nan() && !before.0[0].is_nan()
     }
 }
 
