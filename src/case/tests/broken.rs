@@ -100,7 +100,12 @@ const BROKEN: &[Broken] = &[
         "26:63",
         &["unknown inner solver", "cg_amg"],
     ),
-    ("linear: auto", "linear: { filtered_amg: { layers: 2 } }", "26:59", &["unknown key 'layers'", "no key is defined"]),
+    (
+        "linear: auto",
+        "linear: { filtered_amg: { layers: 2 } }",
+        "26:59",
+        &["unknown key 'layers'", "no key is defined"],
+    ),
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
     ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),
     ("finite", "nonlinear", "8:17", &["unknown kinematics 'nonlinear'", "finite, linear"]),
