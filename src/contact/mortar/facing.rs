@@ -29,7 +29,7 @@ pub fn facing(cosine: f64) -> (f64, f64) {
 const TURNED: f64 = 0.94;
 
 /// Cosine of the angle between the normals of two facets above which they do not face each other, even
-/// after both have turned by [`TURNED`]: that of 50 degrees, rounded up.
+/// after both have turned by 20 degrees: that of 50 degrees, rounded up.
 pub const ALIKE: f64 = 0.643;
 
 /// The unit normal at the centre of a facet.
