@@ -215,14 +215,20 @@ fn solves_without_friction_and_supports() {
 fn penalty_and_friction_do_not_matter() {
     // A gentle load, from which Newton's method does not stray at the stiffest penalty.
     let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
-    let most = |kappa: f64, mu: f64| {
-        Scene { kappa, mu, press, ..COARSE }.solved("filtered_amg", 2, &[]).without_help().most()
-    };
-    let usual = most(1e3, 1.0);
-    for (kappa, mu) in [(1e1, 1.0), (1e5, 1.0), (1e3, 0.0), (1e3, 0.3), (1e3, 3.0)] {
-        let found = most(kappa, mu);
-        assert!((found - usual).abs() <= 8.0, "kappa {kappa:e}, mu {mu}: {found}, and {usual}");
-        assert!(found <= 40.0, "kappa {kappa:e}, mu {mu}: {found}");
+    // On 8 ranks W is solved by pieces.
+    for ranks in [2, 8] {
+        let most = |kappa: f64, mu: f64| {
+            Scene { kappa, mu, press, ..COARSE }.solved("filtered_amg", ranks, &[]).without_help().most()
+        };
+        let usual = most(1e3, 1.0);
+        for (kappa, mu) in [(1e1, 1.0), (1e5, 1.0), (1e3, 0.0), (1e3, 0.3), (1e3, 3.0)] {
+            let found = most(kappa, mu);
+            assert!(
+                (found - usual).abs() <= 8.0,
+                "{ranks} ranks, kappa {kappa:e}, mu {mu}: {found}, {usual}"
+            );
+            assert!(found <= 40.0, "{ranks} ranks, kappa {kappa:e}, mu {mu}: {found}");
+        }
     }
 }
 
@@ -237,48 +243,52 @@ fn nodes_in_contact_matter() {
     assert!(worse, "{} without the factorisation, {whole} with it", blind.most());
 }
 
-/// Number of ranks on which the pieces of W are tested.
-const PIECES: [usize; 2] = [2, 4];
+/// Option with which few ranks solve W by pieces as well.
+const PIECEWISE: [&str; 2] = ["-filter_pc_type", "asm"];
 
-/// On several ranks W can be solved by pieces. The iterations hardly depend on their number, whether
-/// points stick or slip, and W itself takes few iterations per solve on it.
+/// On many ranks W has the contactor's nodes and is solved by pieces. The iterations are at most 1.75
+/// times those with both sides and hardly depend on the number of pieces, whether points stick or
+/// slip. W itself takes few iterations per solve on it.
 #[test]
 fn pieces_cost_few_iterations_on_1_2_4_ranks() {
     for press in [PRESSED, "displacement: { x: '0.02 * t', y: 0, z: '-0.005 * t' }"] {
         let scene = Scene { press, ..COARSE };
         let whole = scene.solved("filtered_amg", 1, &[]).without_help();
         assert_eq!(whole.count("inner_krylov_iterations"), 0, "one rank factorises W as a whole");
-        for ranks in PIECES {
-            let log = ["-filter_pc_type", "asm", "-log_view", ":log.txt"];
+        let most = [2, 4].map(|ranks| {
+            let log = [&PIECEWISE[..], &["-log_view", ":log.txt"]].concat();
             let found = scene.solved("filtered_amg", ranks, &log).without_help();
-            assert!(found.most() <= 1.25 * whole.most(), "{ranks} ranks: {} iterations", found.most());
             let inner = found.count("inner_krylov_iterations") as f64 / found.counted("ZoneSolve", 1);
-            assert!((1.0..=6.0).contains(&inner), "{ranks} ranks: {inner} iterations on W");
+            assert!((1.0..=4.0).contains(&inner), "{ranks} ranks: {inner} iterations on W");
             let apart = found.apart(&whole);
             assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
-        }
+            found.most()
+        });
+        assert!(most[1] <= 1.25 * most[0], "{most:?}");
+        assert!(most[1] <= 1.75 * whole.most(), "{most:?}, {} with both sides", whole.most());
     }
 }
 
 /// With both sides as contactors the penalty does not matter either.
 #[test]
-fn two_contactors_on_1_2_ranks() {
+fn two_contactors_on_1_2_4_ranks() {
     let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
     for kappa in [1e2, 1e4] {
         let text = Scene { kappa, press, ..COARSE }.text();
         let text = text
             .replace("contactor: upper.bottom", "contactor: all")
             .replace("target: lower.top", "target: all");
-        let solved = |linear: &str, ranks: usize| {
+        let solved = |linear: &str, ranks: usize, petsc: &[&str]| {
             let folder = Folder::new("both");
             folder.write("case.yml", &format!("{text}solver: {{ linear: {linear}, {NEWTON} }}\n"));
-            let output = run(ranks, &["case.yml", "--output", "out"], &folder).success();
+            let args = [&["case.yml", "--output", "out", "--"], petsc].concat();
+            let output = run(ranks, &args, &folder).success();
             Solved { folder, output }.without_help()
         };
-        let expected = solved("direct", 1);
-        for ranks in [1, 2] {
-            let found = solved("filtered_amg", ranks);
-            assert!(found.most() <= 20.0, "{ranks} ranks: {} iterations", found.most());
+        let expected = solved("direct", 1, &[]);
+        for (ranks, petsc) in [(1, &[][..]), (2, &[]), (4, &PIECEWISE)] {
+            let found = solved("filtered_amg", ranks, petsc);
+            assert!(found.most() <= 24.0, "{ranks} ranks: {} iterations", found.most());
             let apart = found.apart(&expected);
             assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
         }
@@ -294,8 +304,9 @@ fn options_reach_the_pieces_on_2_ranks() {
         assert!(!found.output.stdout.contains("was not used"), "{}", found.output.stdout);
         found.count("inner_krylov_iterations")
     };
-    let usual = inner(&["-filter_pc_type", "asm", "-filter_sub_pc_factor_mat_solver_type", "petsc"]);
-    let apart = inner(&["-filter_pc_type", "asm", "-filter_pc_asm_overlap", "0"]);
+    let with = |option: [&'static str; 2]| inner(&[PIECEWISE, option].concat());
+    let usual = with(["-filter_sub_pc_factor_mat_solver_type", "petsc"]);
+    let apart = with(["-filter_pc_asm_overlap", "0"]);
     assert!(apart > usual + usual / 2, "{apart} without overlap, {usual} with it");
     assert_eq!(inner(&["-filter_ksp_type", "preonly", "-filter_pc_type", "lu"]), 0);
     assert_eq!(inner(&[]), 0, "few ranks factorise together");

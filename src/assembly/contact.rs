@@ -15,7 +15,7 @@ use crate::contact::state::{Changes, ContactState, SquaredForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
 use crate::contact::target::ContactTarget;
 use crate::contact::totals::ContactEnergy;
-use crate::dynamics::OverStep;
+use crate::dynamics::{OverStep, Sides};
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, PlaneState};
 use crate::model::{self, InitialOverclosure};
@@ -295,8 +295,8 @@ impl<const D: usize> LocalContact<D> {
     }
 
     /// Adds one to all entries of the nodes that closed points couple.
-    pub fn add_marks(&self, own: &mut [f64], remote: RemoteForce) {
-        self.pair.add_marks(&self.state, own, remote);
+    pub fn add_marks(&self, sides: Sides, own: &mut [f64], remote: RemoteForce) {
+        self.pair.add_marks(&self.state, sides, own, remote);
     }
 
     /// Whether tangents of frictionless contact on a fixed area are symmetric.

@@ -15,7 +15,7 @@ use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
     Augmentation, ContactCounts, ContactMonitor, Continuation, Equations, FloatingBodies, ForceChange,
     Freeze, Lift, MatrixSource, MultigridHints, OverStep, PressureLinearisation, Residual, Resumption,
-    RigidMotion, Shortfall, Split, Stage, Staging,
+    RigidMotion, Shortfall, Sides, Split, Stage, Staging,
 };
 use crate::error::{Error, Result, agree};
 use crate::petsc::{Matrix, Vector, sum_over_ranks};
@@ -243,11 +243,11 @@ impl<const D: usize> MultigridHints for ContactSystem<D> {
         self.assemble(stage, Terms::BODIES, MatrixTarget::Joined(matrix), None)
     }
 
-    fn contact_nodes(&mut self) -> Vec<bool> {
+    fn contact_nodes(&mut self, sides: Sides) -> Vec<bool> {
         let world = self.bodies.session.world();
         let owned = self.bodies.local.index.owned;
-        let mut nodes = stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), owned);
-        self.bodies.ties.mark(&mut nodes);
+        let mut nodes = stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), sides, owned);
+        self.bodies.ties.mark(sides, &mut nodes);
         nodes
     }
 

@@ -19,7 +19,7 @@ use crate::contact::mortar::resultant::ContactResultant;
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
-use crate::dynamics::OverStep;
+use crate::dynamics::{OverStep, Sides};
 use crate::error::Result;
 use crate::mesh::{Facet, Mesh};
 use crate::partition::{IndexMap, LocalMesh};
@@ -49,10 +49,6 @@ impl SearchRadii {
     /// searched again. Half of the value searches twice as often; twice the value couples a quarter
     /// more nodes.
     const SLACK: f64 = 0.3;
-    /// Cosine of the angle between the normals of two facets above which the pattern of the matrix has no
-    /// blocks for them: that of 40 degrees. Facets may turn by 10 degrees, or 5 each, before the pattern
-    /// lacks blocks for the pairs of a later search, which leaves out those above [`ALIKE`].
-    const ALIKE_AHEAD: f64 = 0.766;
     /// Largest ratio of a motion along a tilted axis to its largest component: the square root of
     /// the dimension.
     const TILT: f64 = 1.7321;
@@ -71,14 +67,10 @@ impl SearchRadii {
             CandidateHorizon::Now => Self::TILT * Self::SLACK * self.facet,
             CandidateHorizon::Ahead => 2.0 * Self::TILT * Self::SLACK * self.facet,
         };
-        let alike = match outlook {
-            CandidateHorizon::Now => ALIKE,
-            CandidateHorizon::Ahead => Self::ALIKE_AHEAD,
-        };
         CandidateRange {
             across: OPEN * self.facet + below + motion + swing,
             along: motion + swing,
-            alike: facing.then_some(alike),
+            alike: facing.then_some(ALIKE),
         }
     }
 }
@@ -409,27 +401,24 @@ impl<const D: usize> ContactPair<D> {
 
     /// Adds the area-weighted normals of the closed vertices to all nodes that they couple.
     pub fn add_normals(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
-        self.add_closed(
-            state,
-            |vertex| state.current[vertex].normal * state.current[vertex].area,
-            own,
-            remote,
-        );
+        let normal = |vertex: usize| state.current[vertex].normal * state.current[vertex].area;
+        self.add_closed(state, Sides::Both, normal, own, remote);
     }
 
-    /// Adds one to all entries of the nodes that closed vertices couple.
-    pub fn add_marks(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
-        self.add_closed(state, |_| Point::repeat(1.0), own, remote);
+    /// Adds one to all entries of the nodes of these sides that closed vertices couple.
+    pub fn add_marks(&self, state: &ContactState<D>, sides: Sides, own: &mut [f64], remote: RemoteForce) {
+        self.add_closed(state, sides, |_| Point::repeat(1.0), own, remote);
     }
 
     fn add_closed(
         &self,
         state: &ContactState<D>,
+        sides: Sides,
         value: impl Fn(usize) -> Point<D>,
         own: &mut [f64],
         mut remote: RemoteForce,
     ) {
-        let own_node = self.contact.acts_on_own_node();
+        let own_node = sides == Sides::Contactor || self.contact.acts_on_own_node();
         let pose = self.contact.target.pose_nodes();
         for (vertex, _) in state.current.iter().enumerate().filter(|(_, point)| point.is_closed()) {
             let nodes = match own_node {

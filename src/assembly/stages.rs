@@ -10,7 +10,7 @@ use crate::collective::Collective;
 use crate::contact::damping::ActiveDamping;
 use crate::contact::evaluation::ContactFields;
 use crate::contact::state::{self, Hold, Keep};
-use crate::dynamics::{ForceChange, Freeze, FrictionMode, KnownFriction, Split};
+use crate::dynamics::{ForceChange, Freeze, FrictionMode, KnownFriction, Sides, Split};
 use crate::petsc::{Matrix, Vector};
 use crate::tensor::Vector as Point;
 
@@ -87,17 +87,18 @@ pub fn contact_normals<const D: usize>(
     }
 }
 
-/// Marks the owned nodes that belong to facets with a closed point, on either side. Collective.
+/// Marks the owned nodes of these sides that closed points couple. Collective.
 pub fn contact_nodes<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[LocalContact<D>],
     interface: Option<&mut Interface<D>>,
+    sides: Sides,
     owned: usize,
 ) -> Vec<bool> {
     let mut marks = vec![0.0; owned * D];
     if let Some(interface) = interface {
         let add = |_: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
-            contacts.iter().for_each(|contact| contact.add_marks(own, remote.reborrow()));
+            contacts.iter().for_each(|contact| contact.add_marks(sides, own, remote.reborrow()));
         };
         interface.add_forces(world, &mut marks, add, || ());
     }

@@ -2,6 +2,7 @@
 
 use super::scatter::{LiftTarget, MatrixSink, ScatterMap};
 use crate::case::PlacedFunction;
+use crate::dynamics::Sides;
 use crate::element::ElementSink;
 use crate::error::Result;
 use crate::mesh::Tie;
@@ -281,12 +282,20 @@ impl<const D: usize> Ties<D> {
         Ok(self.patches.iter().map(of_patch).sum())
     }
 
-    /// Marks the owned nodes of ties.
-    pub(super) fn mark(&self, marks: &mut [bool]) {
-        let patches = self.patches.iter();
-        for &node in patches.flat_map(|patch| (0..patch.factors.len()).flat_map(|tie| patch.map.nodes(tie))) {
-            if let Some(mark) = marks.get_mut(node as usize) {
-                *mark = true;
+    /// Marks the owned nodes of these sides of ties.
+    pub(super) fn mark(&self, sides: Sides, marks: &mut [bool]) {
+        for patch in &self.patches {
+            for tie in 0..patch.factors.len() {
+                let nodes = patch.map.nodes(tie);
+                let count = match sides {
+                    Sides::Both => nodes.len(),
+                    Sides::Contactor => patch.contactors[tie] as usize,
+                };
+                for &node in &nodes[..count] {
+                    if let Some(mark) = marks.get_mut(node as usize) {
+                        *mark = true;
+                    }
+                }
             }
         }
     }

@@ -5,6 +5,15 @@ use crate::error::Result;
 use crate::petsc::{Matrix, Vector};
 use crate::terms::Terms;
 
+/// The sides of contacts and ties whose nodes are selected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sides {
+    /// Contactor and target.
+    Both,
+    /// Of a contact the nodes of closed points, of a tie those of its contactor.
+    Contactor,
+}
+
 /// Knowledge of bodies and contact for preconditioners. The defaults are those of a system without
 /// contact whose bodies are held.
 pub trait MultigridHints: Resumption {
@@ -20,9 +29,9 @@ pub trait MultigridHints: Resumption {
         self.jacobian_into(stage, Terms::BODIES, matrix)
     }
 
-    /// Marks the owned nodes that closed contact points couple at the last residual, and those of ties.
-    /// Collective.
-    fn contact_nodes(&mut self) -> Vec<bool> {
+    /// Marks the owned nodes of these sides that closed contact points couple at the last residual,
+    /// and those of ties. Collective.
+    fn contact_nodes(&mut self, _: Sides) -> Vec<bool> {
         vec![false; self.matrix().pattern().rows()]
     }
 

@@ -2,8 +2,9 @@
 //! contact (theory, section 6.4).
 //!
 //! The penalty couples a thin layer with entries far above those of the bulk, and aggregation fails
-//! on them. Let W be the nodes that closed contact points or ties couple. One application to `r`, with the
-//! residual of the full operator `K` in between, has three parts:
+//! on them. Let W be nodes that closed contact points or ties couple: those of both sides on up to
+//! four ranks, those of the contactor on more. One application to `r`, with the residual of the full
+//! operator `K` in between, has three parts:
 //!
 //! 1. solve with the part of `K` on W: exact on up to four ranks, by overlapping pieces on more;
 //! 2. one cycle of multigrid with rigid-body modes on the matrix of the bodies, joined in contact
@@ -13,9 +14,9 @@
 //! The springs prevent the iterations from growing with the mesh. Without them the cycle separates
 //! the bodies, and W repairs that only over its depth. For long waves a joint as stiff as an element
 //! is as good as a rigid one. So W needs no layer around the contact: with two the iterations are
-//! fewer, but its factors cost more than these iterations. The nodes of the contactor alone would do as
-//! well, for 1.4 times the iterations, with slip up to twice
-//! (docs/performance/large-problems.md).
+//! fewer, but its factors cost more than these iterations. With both sides in W the iterations are
+//! fewer than with the contactor, but pieces of both sides cost more than these iterations, and
+//! fail at stiff penalties ([`super::zone`], docs/performance/large-problems.md).
 //!
 //! The interpolation is built from the bodies alone, before they are joined, so every aggregate
 //! lies on one side of a contact. The coarse matrices are those of the joined bodies. They
@@ -33,7 +34,7 @@ use serde_json::{Value, json};
 
 use super::own::{CustomPreconditioner, Origin, source_of, stored};
 use super::zone::{Zone, ZoneState};
-use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
+use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sides, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, KrylovSolver, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
@@ -312,7 +313,12 @@ impl CustomPreconditioner for FilteredAmg {
     }
 
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()> {
-        self.zone.observe(system.contact_nodes());
+        let both = system.contact_nodes(Sides::Both);
+        let nodes = match self.zone.takes_pieces(&both) {
+            true => system.contact_nodes(Sides::Contactor),
+            false => both,
+        };
+        self.zone.observe(nodes);
         self.bulk.assemble(system, stage, &self.residual, reuse)
     }
 

@@ -1,9 +1,14 @@
 //! The unknowns of the nodes in contact, and a solver for the matrix on them.
 //!
-//! On few ranks the solver is a factorisation. On more it is an overlapping Schwarz method:
-//! each rank factorises its own nodes of W and a layer of W around them, and GMRES combines these
-//! pieces. The neighbours of W are fixed, so that its Green's function decays within about an element
-//! and no coarse space is needed.
+//! On few ranks W has the nodes of both sides, and the solver is a factorisation. On more it has
+//! those of the contactor, and the solver is an overlapping Schwarz method: each rank factorises its own
+//! nodes of W and a layer of W around them, and GMRES combines these pieces.
+//!
+//! Pieces need the contactor alone. While the target is fixed, the penalty is a mass matrix of the
+//! contactor times the stiffness. Its condition does not depend on the stiffness, and the influence of
+//! a load decays within an element. With both sides the penalty leaves free the motions in which
+//! the contactor follows the target. Where a piece cuts such a motion off, the penalty resists with its
+//! full stiffness, and the iterations grow with it.
 
 use std::rc::Rc;
 
@@ -15,7 +20,7 @@ use crate::dynamics::{MatrixSource, Sources};
 use crate::error::Result;
 use crate::petsc::{Event, KrylovSolver, Matrix, Reason, Session, SubMatrix, Vector};
 
-/// W of the filtered multigrid: the nodes that closed points or ties couple.
+/// W of the filtered multigrid.
 pub(super) struct Zone {
     session: Rc<Session>,
     /// The owned nodes of W.
@@ -52,14 +57,12 @@ struct Solver {
 impl Zone {
     /// Prefix of PETSc's options for the solver on W.
     const PREFIX: &str = "filter_";
-    /// Largest number of ranks that factorise W as a whole unless `filter_pc_type` is given.
-    ///
-    /// On two ranks pieces take 1.2 times as long per linear solve, because their solves are
-    /// repeated. MUMPS gains from up to four ranks, and hardly from more
+    /// Largest number of ranks with nodes of W that factorise it as a whole unless `filter_pc_type`
+    /// is given. MUMPS gains from up to four ranks, and hardly from more
     /// (docs/performance/on-a-cluster.md).
     const FEW: i32 = 4;
-    /// Options on few ranks: a factorisation. The factors of PETSc take 2 to 3 times as long as those of
-    /// MUMPS.
+    /// Options on few ranks: a factorisation. Factors of PETSc take 2 to 3 times as long as those
+    /// of MUMPS.
     const ALONE: [(&str, &str); 5] = [
         ("ksp_type", "preonly"),
         ("pc_type", "lu"),
@@ -69,8 +72,8 @@ impl Zone {
     ];
     /// Options on many ranks: GMRES with overlapping pieces, one per rank.
     ///
-    /// Without overlap GMRES takes 20 iterations in place of 3, the outer method 118 in place of 17 at a
-    /// penalty of 1e4 E / h, and it fails at 1e5.
+    /// Without overlap GMRES takes 8 to 14 iterations in place of 2 or 3, and the outer method 48 in
+    /// place of 26 at a penalty of 1e5 E / h on 8 ranks.
     const TOGETHER: [(&str, &str); 11] = [
         ("ksp_type", "gmres"),
         ("ksp_pc_side", "right"),
@@ -85,11 +88,11 @@ impl Zone {
         ("sub_mat_mumps_icntl_14", "50"),
     ];
     /// Tolerance of GMRES on W. The residual of a stiff penalty says little about the error: at 1e-2
-    /// the outer iterations of a block with a penalty of 1e5 E / h were 46 in place of 18, with
-    /// usual penalties they were equal.
+    /// the outer iterations on 8 ranks are 30.5 in place of 25.5 at a penalty of 1e5 E / h, 89.5 in
+    /// place of 31.5 at 1e6, and equal with usual penalties.
     const TOLERANCE: &str = "1e-3";
-    /// Number of iterations after which the solution on W is used as it is. It is never reached with
-    /// the present pieces, whose solves take two to five.
+    /// Number of iterations after which the solution on W is used as it is. Solves take two or three,
+    /// and more only if both surfaces are contactors and the penalty is stiff.
     const MOST: &str = "30";
 
     /// Creates an empty W, until nodes in contact are observed.
@@ -107,6 +110,18 @@ impl Zone {
             factors: Event::register(session, "ZoneFactors")?,
             correction: Event::register(session, "ZoneSolve")?,
         })
+    }
+
+    /// Whether W is solved by pieces if both of its sides have these owned nodes. Collective.
+    pub fn takes_pieces(&self, both: &[bool]) -> bool {
+        let mut ranks = 0;
+        let own = i32::from(both.contains(&true));
+        self.session.world().reduce_all(&own, &mut ranks, SystemOperation::sum());
+        Self::is_in_pieces(&self.session, ranks)
+    }
+
+    fn is_in_pieces(session: &Session, ranks: i32) -> bool {
+        ranks > Self::FEW || (ranks > 1 && session.is_given("filter_pc_type"))
     }
 
     /// Records the owned nodes of W.
@@ -191,13 +206,8 @@ impl Solver {
     fn new(part: SubMatrix) -> Result<Self> {
         let session = part.session();
         let mut krylov = KrylovSolver::new(session, Zone::PREFIX)?;
-        match session.size() {
-            1 => krylov.configure(&Zone::ALONE)?,
-            few if few <= Zone::FEW && !session.is_given("filter_pc_type") => {
-                krylov.configure(&Zone::ALONE)?;
-            }
-            _ => krylov.configure(&Zone::TOGETHER)?,
-        }
+        let in_pieces = Zone::is_in_pieces(session, session.size());
+        krylov.configure(if in_pieces { &Zone::TOGETHER[..] } else { &Zone::ALONE })?;
         let iterates = krylov.types()?.0 != "preonly";
         krylov.set_operators(&part, &part)?;
         krylov.set_up_pieces()?;

@@ -3,7 +3,7 @@
 
 use std::rc::Rc;
 
-use contact_petsc::dynamics::{Equations, Freeze, KnownFriction, MultigridHints, Split, Staging};
+use contact_petsc::dynamics::{Equations, Freeze, KnownFriction, MultigridHints, Sides, Split, Staging};
 use contact_petsc::petsc::{Format, Session, Symmetry};
 use contact_petsc::terms::Terms;
 
@@ -74,7 +74,7 @@ fn joints_are_symmetric<const D: usize>(scene: &mut super::scene::Scene<D>, name
     scene.system.jacobian_into(&scene.stage, Terms::BODIES, &mut bodies).expect("PETSc");
     let asymmetry = joined.asymmetry().expect("PETSc");
     assert!(asymmetry < 1e-13, "{name}: joined bodies have an asymmetry of {asymmetry:.1e}");
-    let touching = scene.system.contact_nodes();
+    let touching = scene.system.contact_nodes(Sides::Both);
     let [mut stiffer, mut alone] = [(); 2].map(|()| scene.stage.trial.u.like().expect("PETSc"));
     joined.diagonal(&mut stiffer).expect("PETSc");
     bodies.diagonal(&mut alone).expect("PETSc");
