@@ -10,12 +10,10 @@ use crate::error::Result;
 use mpi::collective::SystemOperation;
 use std::rc::Rc;
 
-/// Entries of the largest block.
-const LARGEST: usize = 9;
-
-/// `P^T A P`, where `P` selects nodes, without the blocks off the diagonal that are zero. It exists on the ranks that own a selected node, and each of
-/// them holds the rows of those that it owns. The other ranks take no part in its products and
-/// solves.
+/// `P^T A P`, where `P` selects nodes, without the blocks off the diagonal that are zero.
+///
+/// It exists on the ranks that own a selected node, and each of them holds the rows of those that it
+/// owns. The other ranks take no part in its products and solves.
 pub struct SubMatrix {
     session: Rc<Session>,
     matrix: Matrix,
@@ -33,14 +31,13 @@ impl SubMatrix {
         let (pattern, slots) = Self::selected(session, whole, &nodes)?;
         let Some(members) = session.of_members(!nodes.is_empty()) else { return Ok(None) };
         let mut matrix = Matrix::new(&members, &Rc::new(pattern), whole.format())?;
-        let mut block = [0.0; LARGEST];
-        let block = &mut block[..whole.block_size() * whole.block_size()];
+        let mut block = vec![0.0; whole.block_size() * whole.block_size()];
         whole.read(|values| {
             matrix.fill(|part| {
                 part.zero();
                 for (to, &from) in (0..).zip(&slots) {
-                    values.block(from, block);
-                    part.add(to, block);
+                    values.block(from, &mut block);
+                    part.add(to, &block);
                 }
             })
         })??;
@@ -81,15 +78,14 @@ impl SubMatrix {
             places: nodes.iter().map(|&node| whole.places[node as usize]).collect(),
         };
         let mut slots = Vec::new();
-        let mut block = [0.0; LARGEST];
-        let block = &mut block[..whole.block_size * whole.block_size];
+        let mut block = vec![0.0; whole.block_size * whole.block_size];
         matrix.read(|values| {
             for &node in nodes {
                 let own = owned.start + node as i32;
                 for slot in whole.row(node as usize) {
                     let column = whole.columns[slot];
                     let Some(number) = number_of(column) else { continue };
-                    values.block(slot as u32, block);
+                    values.block(slot as u32, &mut block);
                     if column == own || block.iter().any(|entry| *entry != 0.0) {
                         pattern.columns.push(number);
                         slots.push(slot as u32);

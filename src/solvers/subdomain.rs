@@ -79,7 +79,7 @@ impl Subdomain {
 }
 
 /// The neighbours' nodes of a subdomain with their rows, and the ranks that send them.
-pub(super) struct Grown {
+struct Grown {
     /// Global numbers, in ascending order.
     pub ghosts: Vec<i32>,
     /// Exchange of values of the ghosts.

@@ -156,16 +156,17 @@ impl<const D: usize> TargetGather<D> {
     }
 }
 
-/// Former positions of the nodes of a surface, how much further than the nodes a point of their facets
-/// may have moved, and the former directions of the facets.
+/// Former positions of the nodes of a surface, how much further than the nodes a point of their
+/// facets may have moved, and the former normals of the facets.
 #[derive(Debug, Clone)]
 struct Track<const D: usize> {
     nodes: Vec<u32>,
     places: Vec<[f64; D]>,
     stretch: f64,
-    /// Kind and direction of each facet, whose nodes follow each other in `corners`.
-    directions: Vec<(ElementKind, FacetNormal<D>)>,
-    corners: Vec<u32>,
+    /// Kind and former normal of each facet.
+    normals: Vec<(ElementKind, FacetNormal<D>)>,
+    /// The nodes of the facets, one facet after the other.
+    facet_nodes: Vec<u32>,
 }
 
 impl<const D: usize> Track<D> {
@@ -173,28 +174,28 @@ impl<const D: usize> Track<D> {
         let mut nodes = Vec::new();
         let mut list = Vec::new();
         let mut most = 1.0_f64;
-        let mut directions = Vec::with_capacity(facets.len());
+        let mut normals = Vec::with_capacity(facets.len());
         for &facet in facets {
             local.mesh.facet_nodes(facet, &mut list);
             nodes.extend_from_slice(&list);
             let kind = local.mesh.facet_kind(facet);
             most = most.max(stretch(kind));
             let places: Vec<Vector<D>> = list.iter().map(|&node| position(positions, node).into()).collect();
-            directions.push((kind, FacetNormal::of(kind, &places)));
+            normals.push((kind, FacetNormal::of(kind, &places)));
         }
-        let corners = nodes.clone();
+        let facet_nodes = nodes.clone();
         nodes.sort_unstable();
         nodes.dedup();
         let places = nodes.iter().map(|&node| position(positions, node)).collect();
-        Self { nodes, places, stretch: most, directions, corners }
+        Self { nodes, places, stretch: most, normals, facet_nodes }
     }
 
     fn has_turned(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
-        let mut corners = self.corners.iter();
+        let mut nodes = self.facet_nodes.iter();
         let mut places = Vec::new();
-        self.directions.iter().any(|(kind, before)| {
+        self.normals.iter().any(|(kind, before)| {
             places.clear();
-            places.extend(corners.by_ref().take(kind.nodes()).map(|&node| Vector::from(position(node))));
+            places.extend(nodes.by_ref().take(kind.nodes()).map(|&node| Vector::from(position(node))));
             FacetNormal::of(*kind, &places).has_turned(before)
         })
     }
