@@ -609,6 +609,49 @@ fn a_surface_meets_itself() {
     }
 }
 
+/// A block of a tenth of the size of the plate's facets, which turns over the plate by 180 degrees and is
+/// then pressed into it. No corner moves by more than 0.1 m, two thirds of what calls for a search.
+const TURNING: &str = "
+dimension: 2
+bodies:
+  plate:
+    mesh: { box: { min: [-1.5, -1], max: [1.5, 0], cells: [3, 1] } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    density: 1000
+  block:
+    mesh: { box: { min: [-0.05, 0.03], max: [0.05, 0.13], cells: [2, 2] } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+    density: 1000
+contact: { joint: { contactor: [block.left, block.right, block.bottom, block.top], target: plate.top, normal: { penalty: { compliance: 1.0e-7 } } } }
+boundary:
+  base: { on: plate.bottom, displacement: { x: 0, y: 0 } }
+  held: { on: block, motion: { translation: { y: DOWN }, rotation: { about: [0, 0.08], angle: ANGLE } } }
+TIME
+solver: { newton: { tolerance: 1.0e-10 } }
+";
+
+/// A facet that turns towards the target without moving far is found, in statics and over the steps of the
+/// conserving scheme: the block presses with the other side as with the first.
+#[test]
+fn what_turns_over_the_target_is_found() {
+    let time = "time: { end: 7, scheme: { static: { increments: 7 } } }";
+    let conserving = "time: { end: 7, step: 1, scheme: conserving }";
+    let force = |time: &str, angle: &str| {
+        let folder = Folder::new("turning");
+        let down = "'-0.04 * max(t - 6, 0)'";
+        let text = TURNING.replace("DOWN", down).replace("ANGLE", angle).replace("TIME", time);
+        folder.write("case.yml", &text);
+        run(1, &["case.yml", "--output", "out"], &folder).success();
+        Results(folder).table("contact.csv").last("force_n")
+    };
+    for time in [time, conserving] {
+        let expected = force(time, "0");
+        assert!(expected > 100.0, "{time}: {expected} N");
+        let found = force(time, "'min(t, 6) * pi / 6'");
+        assert!((found - expected).abs() < 1e-6 * expected, "{time}: {found} N, not {expected} N");
+    }
+}
+
 /// Blocks with different meshes that stand on each other and on a plane. Every surface may touch
 /// every other one.
 const GENERAL: &str = "
