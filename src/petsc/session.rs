@@ -93,6 +93,11 @@ impl Session {
         for name in ["vec_mdot_use_gemv", "vec_maxpy_use_gemv"] {
             session.set_default(name, "no")?;
         }
+        // Coarse matrices of multigrid, `P^T A P`, by way of `A P`, as PETSc does on several ranks. On one
+        // rank its default takes twice as long, for less memory (docs/performance/large-problems.md).
+        if session.size() == 1 {
+            session.set_default("matptap_via", "rap")?;
+        }
         Ok(Rc::new(session))
     }
 
