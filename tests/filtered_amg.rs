@@ -215,10 +215,12 @@ fn solves_without_friction_and_supports() {
 fn penalty_and_friction_do_not_matter() {
     // A gentle load, from which Newton's method does not stray at the stiffest penalty.
     let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
-    // On 8 ranks W is solved by pieces.
     for ranks in [2, 8] {
         let most = |kappa: f64, mu: f64| {
-            Scene { kappa, mu, press, ..COARSE }.solved("filtered_amg", ranks, &[]).without_help().most()
+            let scene = Scene { kappa, mu, press, ..COARSE };
+            let found = scene.solved("filtered_amg", ranks, &[]).without_help();
+            assert_eq!(found.count("inner_krylov_iterations") > 0, ranks > 4, "W is solved by pieces");
+            found.most()
         };
         let usual = most(1e3, 1.0);
         for (kappa, mu) in [(1e1, 1.0), (1e5, 1.0), (1e3, 0.0), (1e3, 0.3), (1e3, 3.0)] {
@@ -269,7 +271,7 @@ fn pieces_cost_few_iterations_on_1_2_4_ranks() {
     }
 }
 
-/// With both sides as contactors the penalty does not matter either.
+/// With both sides as contactors, too, few iterations up to a penalty of 1e4 E / h.
 #[test]
 fn two_contactors_on_1_2_4_ranks() {
     let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
@@ -288,10 +290,33 @@ fn two_contactors_on_1_2_4_ranks() {
         let expected = solved("direct", 1, &[]);
         for (ranks, petsc) in [(1, &[][..]), (2, &[]), (4, &PIECEWISE)] {
             let found = solved("filtered_amg", ranks, petsc);
-            assert!(found.most() <= 24.0, "{ranks} ranks: {} iterations", found.most());
+            let limit = if petsc.is_empty() { 20.0 } else { 24.0 };
+            assert!(found.most() <= limit, "{ranks} ranks: {} iterations", found.most());
             let apart = found.apart(&expected);
             assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
         }
+    }
+}
+
+/// With quadratic elements the constraint of a corner also holds the mid-side nodes of the contactor. Pieces
+/// without these took 64 to 138 iterations.
+#[test]
+fn quadratic_elements_on_1_4_ranks() {
+    let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
+    for element in ["hex20", "tet10"] {
+        let text = Scene { kappa: 1e4, cells: 4, press, ..COARSE }.text().replace("hex8", element);
+        let solved = |ranks: usize, petsc: &[&str]| {
+            let folder = Folder::new("quadratic");
+            folder.write("case.yml", &format!("{text}solver: {{ linear: filtered_amg, {NEWTON} }}\n"));
+            let args = [&["case.yml", "--output", "out", "--"], petsc].concat();
+            let output = run(ranks, &args, &folder).success();
+            Solved { folder, output }.without_help()
+        };
+        let (whole, pieces) = (solved(1, &[]), solved(4, &PIECEWISE));
+        let most = [whole.most(), pieces.most()];
+        assert!(most[1] <= 1.75 * most[0], "{element}: {most:?} iterations");
+        let apart = pieces.apart(&whole);
+        assert!(apart < 1e-6, "{element}: {apart:.1e}");
     }
 }
 
@@ -318,8 +343,10 @@ fn ranks_may_have_nothing() {
     let scene = Scene { cells: 2, ..COARSE };
     let expected = scene.solved("direct", 1, &[]);
     for ranks in [4, 10] {
-        // Ranks without a node in contact do not read this option.
-        let found = scene.solved("filtered_amg", ranks, &["-filter_ksp_max_it", "40"]).without_help();
+        // Ranks without a node in contact do not read these options.
+        let petsc = [&PIECEWISE[..], &["-filter_ksp_max_it", "40"]].concat();
+        let found = scene.solved("filtered_amg", ranks, &petsc).without_help();
+        assert!(found.count("inner_krylov_iterations") > 0, "{ranks} ranks: W is not in pieces");
         let said = &found.output.stdout;
         assert!(!said.contains("was not used"), "{ranks} ranks: {said}");
         let apart = found.apart(&expected);

@@ -30,7 +30,8 @@ use crate::tensor::Vector as Point;
 pub enum CandidateHorizon {
     /// Until the surfaces have moved so far that the target is gathered again.
     Now,
-    /// Twice as far, as in the pattern of the matrix.
+    /// Twice as far, as in the pattern of the matrix. Facets that turn have no such margin: then
+    /// the pattern is made again.
     Ahead,
 }
 
@@ -418,13 +419,17 @@ impl<const D: usize> ContactPair<D> {
         own: &mut [f64],
         mut remote: RemoteForce,
     ) {
-        let own_node = sides == Sides::Contactor || self.contact.acts_on_own_node();
+        let surface = &self.contact.surface;
+        let own_node = self.contact.acts_on_own_node();
         let pose = self.contact.target.pose_nodes();
+        let mut nodes = Vec::new();
         for (vertex, _) in state.current.iter().enumerate().filter(|(_, point)| point.is_closed()) {
-            let nodes = match own_node {
-                true => &self.contact.surface.vertices()[vertex..=vertex],
-                false => self.couplings.nodes_of(vertex),
-            };
+            nodes.clear();
+            match sides {
+                _ if own_node => nodes.push(surface.vertices()[vertex]),
+                Sides::Both => nodes.extend_from_slice(self.couplings.nodes_of(vertex)),
+                Sides::Contactor => nodes.extend(surface.nodes_around(vertex)),
+            }
             let values = value(vertex);
             // The nodes of a free rigid target are not on a surface.
             for node in nodes.iter().filter(|node| pose.is_none_or(|pose| !pose.contains(node))) {

@@ -10,7 +10,7 @@ use crate::terms::Terms;
 pub enum Sides {
     /// Contactor and target.
     Both,
-    /// Of a contact the nodes of closed points, of a tie those of its contactor.
+    /// The contactor alone.
     Contactor,
 }
 

@@ -2,11 +2,12 @@
 //! contact (theory, section 6.4).
 //!
 //! The penalty couples a thin layer with entries far above those of the bulk, and aggregation fails
-//! on them. Let W be nodes that closed contact points or ties couple: those of both sides on up to
-//! four ranks, those of the contactor on more. One application to `r`, with the residual of the full
-//! operator `K` in between, has three parts:
+//! on them. Let W be nodes in contact or in ties: those of both sides if at most four ranks own one,
+//! otherwise those of the contactor. One application to `r`, with the residual of the full operator
+//! `K` in between, has three parts:
 //!
-//! 1. solve with the part of `K` on W: exact on up to four ranks, by overlapping pieces on more;
+//! 1. solve with the part of `K` on W, in the first case exactly, in the second by overlapping
+//!    pieces;
 //! 2. one cycle of multigrid with rigid-body modes on the matrix of the bodies, joined in contact
 //!    by springs at most as stiff as an element;
 //! 3. solve on W again.
@@ -314,11 +315,9 @@ impl CustomPreconditioner for FilteredAmg {
 
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()> {
         let both = system.contact_nodes(Sides::Both);
-        let nodes = match self.zone.takes_pieces(&both) {
-            true => system.contact_nodes(Sides::Contactor),
-            false => both,
-        };
-        self.zone.observe(nodes);
+        let in_pieces = self.zone.takes_pieces(&both);
+        let nodes = if in_pieces { system.contact_nodes(Sides::Contactor) } else { both };
+        self.zone.observe(nodes, in_pieces);
         self.bulk.assemble(system, stage, &self.residual, reuse)
     }
 

@@ -83,8 +83,8 @@ impl Problem {
     /// with `filtered_amg`, at a Poisson's ratio of 0.499 21 and 43 s. In 3D two boxes in contact took
     /// 0.26 s per solve with MUMPS for 10 104 unknowns, with `filtered_amg` 0.37 s, and for 27 753
     /// unknowns 1.1 s both. The block of [`STIFF`](Self::STIFF) at a ratio of 0.499 took 0.2, 1.1 and
-    /// 11 s for 7803, 24 375 and 78 033 unknowns, with `filtered_amg` 0.9, 2.5 and 8.5 s.
-    /// `filtered_amg` had two layers of elements in W.
+    /// 11 s for 7803, 24 375 and 78 033 unknowns, with `filtered_amg` 0.9, 2.5 and 8.5 s. (Measured
+    /// with two layers of elements around the contact in `filtered_amg`.)
     fn most_for_factors(&self) -> usize {
         match (self.dimension, self.nearly_incompressible) {
             (2, true) => 500_000,

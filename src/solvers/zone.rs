@@ -1,14 +1,15 @@
 //! The unknowns of the nodes in contact, and a solver for the matrix on them.
 //!
-//! On few ranks W has the nodes of both sides, and the solver is a factorisation. On more it has
-//! those of the contactor, and the solver is an overlapping Schwarz method: each rank factorises its own
-//! nodes of W and a layer of W around them, and GMRES combines these pieces.
+//! If few ranks own nodes in contact, W has those of both sides, and the solver is a factorisation.
+//! On more ranks it has those of the contactor, and the solver is an overlapping Schwarz method: each
+//! rank factorises its own nodes of W and a layer of W around them, and GMRES combines these pieces.
 //!
-//! Pieces need the contactor alone. While the target is fixed, the penalty is a mass matrix of the
-//! contactor times the stiffness. Its condition does not depend on the stiffness, and the influence of
-//! a load decays within an element. With both sides the penalty leaves free the motions in which
-//! the contactor follows the target. Where a piece cuts such a motion off, the penalty resists with its
-//! full stiffness, and the iterations grow with it.
+//! Pieces need the contactor alone. While the target is fixed, the penalty is a product of two mass
+//! matrices of the contactor. Its condition does not depend on the stiffness, and the influence of a
+//! load decays over about an element. With both sides the penalty leaves free the motions in which
+//! the contactor follows the target. Where a piece cuts such a motion off, the penalty resists with
+//! its full stiffness, and the iterations grow with it. If all surfaces are contactors, W has both
+//! sides all the same, and stiff penalties fail (docs/limits.md).
 
 use std::rc::Rc;
 
@@ -25,6 +26,8 @@ pub(super) struct Zone {
     session: Rc<Session>,
     /// The owned nodes of W.
     nodes: Vec<bool>,
+    /// Whether W is solved by pieces, or factorised as a whole.
+    in_pieces: bool,
     /// Whether any rank has a node in W.
     is_there: bool,
     /// The solver, on the ranks that own a node of W.
@@ -42,6 +45,7 @@ pub(super) struct Zone {
 pub(super) struct ZoneState {
     /// Number of the marks of its nodes.
     nodes: usize,
+    in_pieces: bool,
 }
 
 /// The matrix on W with its factors.
@@ -50,31 +54,32 @@ struct Solver {
     krylov: KrylovSolver,
     rhs: Vector,
     solution: Vector,
-    /// Whether the solver iterates, or factorises W as a whole.
+    /// Whether the solver iterates.
     iterates: bool,
 }
 
 impl Zone {
     /// Prefix of PETSc's options for the solver on W.
     const PREFIX: &str = "filter_";
-    /// Largest number of ranks with nodes of W that factorise it as a whole unless `filter_pc_type`
-    /// is given. MUMPS gains from up to four ranks, and hardly from more
-    /// (docs/performance/on-a-cluster.md).
+    /// Largest number of ranks with nodes in contact that factorise W as a whole. One factorisation
+    /// takes fewer iterations, but MUMPS hardly scales: with two layers of elements in W its factors
+    /// took 2.3 times less time on four ranks than on one (docs/performance/on-a-cluster.md). With
+    /// two ranks in pieces a solve takes 0.8 to 1.25 times as long as with one factorisation.
     const FEW: i32 = 4;
-    /// Options on few ranks: a factorisation. Factors of PETSc take 2 to 3 times as long as those
-    /// of MUMPS.
-    const ALONE: [(&str, &str); 5] = [
+    /// Options of one factorisation. That of PETSc takes 2 to 3 times as long as that of MUMPS.
+    const WHOLE: [(&str, &str); 5] = [
         ("ksp_type", "preonly"),
         ("pc_type", "lu"),
         ("pc_factor_mat_solver_type", "mumps"),
         ("mat_mumps_icntl_7", "5"),
         ("mat_mumps_icntl_14", "50"),
     ];
-    /// Options on many ranks: GMRES with overlapping pieces, one per rank.
+    /// Options of the pieces, one per rank: GMRES with overlapping Schwarz.
     ///
     /// Without overlap GMRES takes 8 to 14 iterations in place of 2 or 3, and the outer method 48 in
-    /// place of 26 at a penalty of 1e5 E / h on 8 ranks.
-    const TOGETHER: [(&str, &str); 11] = [
+    /// place of 26 at a penalty of 1e5 E / h on 8 ranks. With two layers both take as many as with
+    /// one.
+    const PIECES: [(&str, &str); 11] = [
         ("ksp_type", "gmres"),
         ("ksp_pc_side", "right"),
         ("ksp_rtol", Self::TOLERANCE),
@@ -103,6 +108,7 @@ impl Zone {
         Ok(Self {
             session: Rc::clone(session),
             nodes: Vec::new(),
+            in_pieces: false,
             is_there: false,
             solver: None,
             made_for: None,
@@ -117,16 +123,15 @@ impl Zone {
         let mut ranks = 0;
         let own = i32::from(both.contains(&true));
         self.session.world().reduce_all(&own, &mut ranks, SystemOperation::sum());
-        Self::is_in_pieces(&self.session, ranks)
+        let asks = |option| self.session.is_given(option);
+        let asks_for_pieces = self.session.size() > 1 && asks("filter_pc_type");
+        !asks("filter_ksp_type") && (ranks > Self::FEW || asks_for_pieces)
     }
 
-    fn is_in_pieces(session: &Session, ranks: i32) -> bool {
-        ranks > Self::FEW || (ranks > 1 && session.is_given("filter_pc_type"))
-    }
-
-    /// Records the owned nodes of W.
-    pub fn observe(&mut self, nodes: Vec<bool>) {
+    /// Records the owned nodes of W, and whether it is solved by pieces.
+    pub fn observe(&mut self, nodes: Vec<bool>, in_pieces: bool) {
         self.nodes = nodes;
+        self.in_pieces = in_pieces;
     }
 
     /// Whether any rank has a node in W.
@@ -165,18 +170,19 @@ impl Zone {
         }
         let _running = self.factors.begin();
         let part = SubMatrix::new(&self.session, matrix, nodes)?;
-        self.solver = part.map(Solver::new).transpose()?;
+        self.solver = part.map(|part| Solver::new(part, self.in_pieces)).transpose()?;
         Ok(())
     }
 
     /// The state that outlives a solve.
     pub fn state(&self, sources: &mut Sources) -> ZoneState {
-        ZoneState { nodes: sources.mark(&self.nodes) }
+        ZoneState { nodes: sources.mark(&self.nodes), in_pieces: self.in_pieces }
     }
 
     /// Restores the state. The factors are made for the next solve.
     pub fn resume(&mut self, state: &ZoneState, sources: &Sources) {
         self.nodes = sources.marks.get(state.nodes).cloned().unwrap_or_default();
+        self.in_pieces = state.in_pieces;
     }
 
     /// Computes `z += P (P^T K P)^-1 P^T r`, on several ranks to the tolerance of the iteration.
@@ -203,11 +209,10 @@ impl Zone {
 
 impl Solver {
     /// Factorises the part. Collective among its ranks.
-    fn new(part: SubMatrix) -> Result<Self> {
+    fn new(part: SubMatrix, in_pieces: bool) -> Result<Self> {
         let session = part.session();
         let mut krylov = KrylovSolver::new(session, Zone::PREFIX)?;
-        let in_pieces = Zone::is_in_pieces(session, session.size());
-        krylov.configure(if in_pieces { &Zone::TOGETHER[..] } else { &Zone::ALONE })?;
+        krylov.configure(if in_pieces { &Zone::PIECES[..] } else { &Zone::WHOLE })?;
         let iterates = krylov.types()?.0 != "preonly";
         krylov.set_operators(&part, &part)?;
         krylov.set_up_pieces()?;

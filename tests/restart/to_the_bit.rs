@@ -110,7 +110,7 @@ fn multipliers_to_the_last_bit_on_1_and_2_ranks() {
 
 /// The pieces of the filtered multigrid on two ranks, all of which are made again. A sum over two
 /// ranks has only one order; on more ranks the multigrid rounds differently in each run. With two
-/// pairs of bodies one rank has factors of an earlier matrix than the other.
+/// pairs of bodies each rank has a contact of its own.
 #[test]
 fn pieces_to_the_last_bit_on_2_ranks() {
     let pieces = "petsc: { filter_pc_type: asm }";

@@ -315,6 +315,12 @@ impl<const D: usize> VertexSurface<D> {
         &self.around[self.first[vertex] as usize..self.first[vertex + 1] as usize]
     }
 
+    /// Local nodes of the facets around a vertex, those of several facets several times.
+    pub fn nodes_around(&self, vertex: usize) -> impl Iterator<Item = u32> + '_ {
+        let facets = self.around(vertex).iter().map(|&facet| &self.facets[facet as usize]);
+        facets.flat_map(|facet| self.facet_nodes(facet).iter().copied())
+    }
+
     /// Undeformed area assigned to a vertex, regardless of the extent of its target [m, m^2].
     pub fn reference_area(&self, vertex: usize) -> f64 {
         self.reference_area[vertex]
