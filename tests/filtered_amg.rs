@@ -290,8 +290,7 @@ fn two_contactors_on_1_2_4_ranks() {
         let expected = solved("direct", 1, &[]);
         for (ranks, petsc) in [(1, &[][..]), (2, &[]), (4, &PIECEWISE)] {
             let found = solved("filtered_amg", ranks, petsc);
-            let limit = if petsc.is_empty() { 20.0 } else { 24.0 };
-            assert!(found.most() <= limit, "{ranks} ranks: {} iterations", found.most());
+            assert!(found.most() <= 20.0, "{ranks} ranks: {} iterations", found.most());
             let apart = found.apart(&expected);
             assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
         }

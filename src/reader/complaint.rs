@@ -186,5 +186,5 @@ fn unknown_key(key: &str, known: &[&'static str]) -> Complaint {
     if complaint.repair == Repair::Replace {
         complaint.repair = Repair::RemoveStray(key.to_owned());
     }
-    if known.is_empty() { complaint.hint("there are no keys here; remove it") } else { complaint }
+    if known.is_empty() { complaint.hint("nothing can be set here; remove the key") } else { complaint }
 }

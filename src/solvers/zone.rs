@@ -9,7 +9,7 @@
 //! load decays over about an element. With both sides the penalty leaves free the motions in which
 //! the contactor follows the target. Where a piece cuts such a motion off, the penalty resists with
 //! its full stiffness, and the iterations grow with it. If all surfaces are contactors, W has both
-//! sides all the same, and stiff penalties fail (docs/limits.md).
+//! sides all the same, and pieces fail at stiff penalties (docs/limits.md).
 
 use std::rc::Rc;
 

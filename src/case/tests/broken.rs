@@ -104,7 +104,7 @@ const BROKEN: &[Broken] = &[
         "linear: auto",
         "linear: { filtered_amg: { layers: 2 } }",
         "26:59",
-        &["unknown key 'layers'", "there are no keys here"],
+        &["unknown key 'layers'", "nothing can be set here; remove the key"],
     ),
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
     ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),
