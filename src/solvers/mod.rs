@@ -7,6 +7,7 @@
 mod augmented;
 mod convergence;
 mod descent;
+mod diagonal;
 mod fatigue;
 mod filtered_amg;
 mod forcing;
