@@ -334,10 +334,10 @@ fn a_tangent_serves_several_steps() {
     }
 }
 
-/// Two boxes, of which the upper one begins to slip. Factors of the matrix before that take up to 243
-/// iterations in a solve, and about 10 if they are made again where a diagonal block has changed.
+/// The upper one of two boxes begins to slip. With the factors of an earlier matrix a solve takes 226
+/// iterations.
 #[test]
-fn slip_takes_few_iterations_on_1_and_2_ranks() {
+fn slip_takes_few_iterations_on_1_2_4_ranks() {
     let case = "
 dimension: 3
 bodies:
@@ -366,10 +366,10 @@ start: { equilibrium: { friction: false, increments: 1 } }
 time: { end: 0.0166667, step: 0.00833333, scheme: { generalized_alpha: { spectral_radius: 0.8 } } }
 output: { fields: { every: 100 } }
 ";
-    for ranks in [1, 2] {
+    for ranks in [1, 2, 4] {
         for preset in ["gmres_asm_ilu", "gmres_asm_ilu1"] {
             let solved = Solved::by(case, preset, ranks, &["-ksp_rtol", "1e-8"]).well();
-            assert_eq!(solved.fallbacks(), 0, "{preset}");
+            assert_eq!(solved.fallbacks(), 0, "{preset} on {ranks} ranks");
             let iterations = Table::read(&solved.folder.join("out/iterations.csv"));
             let most = iterations.numbers("krylov_iterations").into_iter().fold(0.0, f64::max);
             assert!((1.0..=25.0).contains(&most), "{preset} on {ranks} ranks: {most}");

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Whether a preconditioner of an earlier matrix still serves. Contact and step change the matrix
-/// little, and an incomplete factorisation costs as much as several iterations.
+/// Whether a preconditioner of an earlier matrix still serves. Most solves change the matrix little,
+/// and an incomplete factorisation costs as much as several iterations. Of a matrix that changes
+/// much, [`DiagonalBlocks`](super::diagonal::DiagonalBlocks) show it before the solve.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct SetupAge {
     /// Largest number of digits gained per iteration with the present preconditioner; 0 before

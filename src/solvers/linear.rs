@@ -109,12 +109,12 @@ impl LinearSolver {
     const WORTHWHILE: usize = 200;
     /// Tolerance of a solve whose result is not used.
     const ANY: f64 = 0.5;
-    /// Change of a diagonal block of the matrix, relative to the block, from which on a
-    /// preconditioner is made again.
+    /// A preconditioner is made again if a diagonal block of the matrix has changed by more than this
+    /// part of its largest entry.
     ///
-    /// Two boxes of 27 753 unknowns that begin to slip take 444 iterations in all, with 0.1 as well,
-    /// with twice the value 443, and with four times 843, as if the preconditioner were kept
-    /// (docs/performance/large-problems.md).
+    /// Two boxes of 27 753 unknowns that begin to slip take 444 iterations in all, with 0.1 as well, and
+    /// 443 with twice the value. With four times the value they take 843, as with factors that are
+    /// kept (docs/performance/large-problems.md).
     const CHANGED: f64 = 0.25;
     /// Number of solves on a higher rung before the first rung is tried again. The number doubles
     /// each time.
