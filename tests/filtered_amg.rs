@@ -1,5 +1,5 @@
-//! The filtered multigrid: few iterations for every penalty, coefficient of friction and number of
-//! ranks.
+//! The filtered multigrid and the filtered incomplete factors: few iterations for every penalty,
+//! coefficient of friction and number of ranks.
 
 mod common;
 
@@ -368,4 +368,42 @@ fn iterations_stay_few() {
 fn what_slides_freely_takes_few_iterations() {
     let sliding = Scene { cells: 16, mu: 0.0, ..COARSE }.solved("cg_filtered_amg", 1, &[]).without_help();
     assert!(sliding.most() <= 22.0, "{}", sliding.most());
+}
+
+/// Small time steps: few iterations for every penalty on any number of ranks, where points stick and
+/// where they slip. ILU(0) alone takes 126 at the stiffer penalty. W in pieces has one side, which
+/// takes up to 24 iterations, and 35 at the stiffer penalty (57 to 87 without a solve on W before the
+/// factors).
+#[test]
+fn incomplete_factors_of_joined_bodies_on_1_2_4_8_ranks() {
+    for (kappa, drag, slides) in [(1e2, 0.002, false), (1e2, 0.002, true), (1e5, 0.002, false)] {
+        let scene = Scene { kappa, drag, slides, cfl: Some(5.0), ..COARSE };
+        let expected = scene.solved("direct", 1, &[]);
+        for (ranks, petsc) in [(1, &[][..]), (2, &[]), (4, &PIECEWISE), (8, &[])] {
+            let found = scene.solved("filtered_ilu", ranks, petsc).without_help();
+            let most = match (ranks > 2, kappa > 1e2) {
+                (false, _) => 20.0,
+                (true, false) => 30.0,
+                (true, true) => 45.0,
+            };
+            assert!(found.most() <= most, "{kappa}, {ranks} ranks: {} iterations", found.most());
+            let apart = found.apart(&expected);
+            assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+        }
+    }
+}
+
+/// Without a solve on W the incomplete factors fail, and so does the multigrid that follows them with
+/// matrices of its own. A factorisation follows both.
+#[test]
+fn multigrid_follows_incomplete_factors_on_1_2_ranks() {
+    let scene = Scene { kappa: 1e7, cfl: Some(5.0), ..COARSE };
+    let expected = scene.solved("direct", 1, &[]);
+    for ranks in [1, 2] {
+        let blind = ["-filter_ksp_type", "preonly", "-filter_pc_type", "none"];
+        let found = scene.solved("filtered_ilu", ranks, &blind);
+        assert_eq!(found.count("linear_fallbacks"), 2, "{ranks} ranks");
+        let apart = found.apart(&expected);
+        assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+    }
 }

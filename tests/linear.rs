@@ -119,13 +119,15 @@ fn presets_agree(case: &str, presets: &[&str], ranks: &[usize]) {
 /// Dynamic contact with friction in 2D.
 #[test]
 fn presets_solve_dynamic_contact_on_1_2_3_ranks() {
-    presets_agree(DYNAMIC, &["direct", "gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg"], &[1, 2, 3]);
+    let presets = ["direct", "gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg", "filtered_ilu"];
+    presets_agree(DYNAMIC, &presets, &[1, 2, 3]);
 }
 
 /// Static contact with friction in 3D.
 #[test]
 fn presets_solve_static_friction_on_1_2_3_ranks() {
-    presets_agree(&with_friction(), &["gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg"], &[1, 2, 3]);
+    let presets = ["gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg", "filtered_ilu"];
+    presets_agree(&with_friction(), &presets, &[1, 2, 3]);
 }
 
 /// Frictionless static contact in 3D. The matrix is symmetric, and methods that require this agree

@@ -285,6 +285,11 @@ impl Case {
                 || self.rigid.values().any(Rigid::rotates))
     }
 
+    /// Whether elastic bodies touch each other or themselves.
+    pub fn joins_bodies(&self) -> bool {
+        self.contact.values().any(|contact| self.shape(&contact.target).is_none())
+    }
+
     /// Whether the target of every contact is a plane.
     fn meets_planes_only(&self) -> bool {
         let is_plane = |contact: &Contact| self.shape(&contact.target).is_some_and(Obstacle::is_plane);

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::files;
 
 /// The format that this program writes, and the only one that it reads.
-pub const FORMAT: u32 = 15;
+pub const FORMAT: u32 = 16;
 
 const MAGIC: &[u8; 25] = b"contact-petsc checkpoint\n";
 /// Magic, format and length of the header.

@@ -44,6 +44,8 @@ pub enum Implementation {
     Overlapping,
     /// The program: the two-stage scheme, with separate matrices.
     TwoStage,
+    /// The program: ILU(0) on overlapping subdomains with a factorisation of the nodes in contact.
+    FilteredIlu,
     /// The program: multigrid with a factorisation of the nodes in contact, with separate matrices.
     FilteredAmg,
 }
@@ -109,6 +111,7 @@ presets! {
     "gmres_asm_ilu": gmres_asm_ilu => GmresAsmIlu,
     "gmres_asm_ilu1": gmres_asm_ilu1 => GmresAsmIlu1,
     "two_stage": two_stage => TwoStage(TwoStage),
+    "filtered_ilu": filtered_ilu => FilteredIlu,
     "filtered_amg": filtered_amg => FilteredAmg,
     "gmres_amg": gmres_amg => GmresAmg,
     "cholesky": cholesky => Cholesky,
@@ -155,8 +158,13 @@ impl Preset {
         self.implementation == Implementation::TwoStage
     }
 
-    /// Whether the program implements its preconditioner, with separate matrices.
+    /// Whether the program implements its preconditioner, which needs more than the matrix.
     pub fn is_own(&self) -> bool {
+        self.keeps_sources() || self.implementation == Implementation::FilteredIlu
+    }
+
+    /// Whether its preconditioner has matrices of several sources, of which it keeps record.
+    pub fn keeps_sources(&self) -> bool {
         matches!(self.implementation, Implementation::TwoStage | Implementation::FilteredAmg)
     }
 

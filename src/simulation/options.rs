@@ -224,6 +224,7 @@ pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: 
         dynamic,
         symmetric: terms(case, system) != Terms::ALL && !system.has_following_loads(),
         contact: !system.contacts().is_empty(),
+        joins_bodies: case.joins_bodies(),
         tied: system.bodies().has_ties(),
         nearly_incompressible: is_nearly_incompressible(case),
         format: Some(system.matrix().format()),
@@ -260,6 +261,7 @@ pub fn format<const D: usize>(
         symmetric: !(has_friction(case) || case.has_unsymmetric_steps() || case.has_unsymmetric_contact())
             || has_symmetric_stages(case),
         contact: !case.contact.is_empty(),
+        joins_bodies: case.joins_bodies(),
         tied: !case.tied.is_empty(),
         nearly_incompressible: is_nearly_incompressible(case),
         format: None,

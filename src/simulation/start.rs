@@ -399,7 +399,12 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     rhs.scale(-1.0)?;
     system.bodies().rest_massless(&mut rhs);
     system.jacobian(stage, Terms::MASS, None)?;
-    let problem = Problem { symmetric: true, contact: false, ..options::problem(case, system, true) };
+    let problem = Problem {
+        symmetric: true,
+        contact: false,
+        joins_bodies: false,
+        ..options::problem(case, system, true)
+    };
     let choice = LinearChoice::Named("cg_jacobi");
     let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
     let tolerance = case.solver.krylov.tolerance.value.min(1e-10);

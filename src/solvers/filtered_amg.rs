@@ -35,7 +35,7 @@ use serde_json::{Value, json};
 
 use super::own::{CustomPreconditioner, Origin, source_of, stored};
 use super::zone::{Zone, ZoneState};
-use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sides, Sources, Stage};
+use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, KrylovSolver, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
@@ -314,10 +314,7 @@ impl CustomPreconditioner for FilteredAmg {
     }
 
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()> {
-        let both = system.contact_nodes(Sides::Both);
-        let in_pieces = self.zone.takes_pieces(&both);
-        let nodes = if in_pieces { system.contact_nodes(Sides::Contactor) } else { both };
-        self.zone.observe(nodes, in_pieces);
+        self.zone.observe(system);
         self.bulk.assemble(system, stage, &self.residual, reuse)
     }
 
@@ -342,9 +339,7 @@ impl CustomPreconditioner for FilteredAmg {
         well &= cycle.time(|| krylov.solve(residual, correction))?.converged();
         z.axpy(1.0, correction)?;
         if zone.is_there() {
-            operator.multiply(z, residual)?;
-            residual.aypx(-1.0, r)?;
-            well &= zone.correct(residual, z)?;
+            well &= zone.correct_residual(r, z)?;
         }
         if !well {
             z.set(f64::NAN);

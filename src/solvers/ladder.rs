@@ -40,6 +40,8 @@ pub struct Problem {
     pub symmetric: bool,
     /// Whether the problem includes contact.
     pub contact: bool,
+    /// Whether elastic bodies touch each other or themselves. Incomplete factors have no fill for them.
+    pub joins_bodies: bool,
     /// Whether it includes tied surfaces. Incomplete factors do not converge on their stiffness.
     pub tied: bool,
     /// Whether a body has a Poisson's ratio of [`STIFF`](Self::STIFF) or more.
@@ -106,12 +108,18 @@ impl Problem {
             (_, true, true) if self.prefers_factors() => &["cg_icc", "cholesky", "direct"],
             (_, false, true) if self.prefers_factors() => &["gmres_asm_ilu", "direct"],
             // Both multigrid presets take any rows.
+            (3, _, true) if self.joins_bodies && self.symmetric => {
+                &["gmres_asm_ilu", "filtered_ilu", "cg_filtered_amg", "direct"]
+            }
+            (3, _, true) if self.joins_bodies => &["gmres_asm_ilu", "filtered_ilu", "filtered_amg", "direct"],
             (3, ..) if self.symmetric => &["gmres_asm_ilu", "cg_filtered_amg", "direct"],
             (3, ..) => &["gmres_asm_ilu", "filtered_amg", "direct"],
             (_, true, true) if self.contact => &["cg_icc", "cg_filtered_amg", "cholesky", "direct"],
             (_, true, true) => &["cg_icc", "cholesky", "direct"],
             (_, true, false) if self.contact => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
             (_, true, false) => &["cg_amg", "cg_icc", "cholesky", "direct"],
+            // The factors of a line in contact cost hardly anything.
+            (_, false, true) if self.joins_bodies => &["filtered_ilu", "filtered_amg", "direct"],
             (_, false, true) if self.contact => &["gmres_asm_ilu", "filtered_amg", "direct"],
             (_, false, false) if self.contact => &["filtered_amg", "gmres_asm_ilu", "direct"],
             (_, false, _) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
@@ -147,6 +155,7 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
         LinearChoice::Named(name @ "filtered_amg") if !problem.symmetric => {
             vec![name, "gmres_asm_ilu", "direct"]
         }
+        LinearChoice::Named(name @ "filtered_ilu") => vec![name, "filtered_amg", "direct"],
         LinearChoice::Named(name) => vec![name, "direct"],
     };
     let known = names.iter().filter_map(|name| Preset::named(name));
@@ -181,6 +190,7 @@ mod tests {
         dynamic: true,
         symmetric: false,
         contact: true,
+        joins_bodies: false,
         tied: false,
         nearly_incompressible: false,
         format: None,
@@ -189,12 +199,13 @@ mod tests {
     fn all_problems() -> impl Iterator<Item = Problem> {
         let sizes = [100, 50_000, 5_000_000].into_iter().flat_map(|unknowns| [2, 3].map(|d| (unknowns, d)));
         sizes.flat_map(|(unknowns, dimension)| {
-            (0..32u8).map(move |flags| Problem {
+            (0..64u8).map(move |flags| Problem {
                 unknowns,
                 dimension,
                 dynamic: flags & 1 != 0,
                 symmetric: flags & 2 != 0,
-                contact: flags & 4 != 0,
+                contact: flags & 36 != 0,
+                joins_bodies: flags & 32 != 0,
                 tied: flags & 8 != 0,
                 nearly_incompressible: flags & 16 != 0,
                 format: None,
@@ -264,6 +275,23 @@ mod tests {
         assert_eq!(names(Problem { dynamic: false, ..rubber }), ["direct"]);
         let large = Problem { unknowns: 50_000, dynamic: false, ..rubber };
         assert_eq!(names(large), ["gmres_asm_ilu", "filtered_amg", "direct"]);
+    }
+
+    /// In large dynamic problems between bodies `filtered_ilu` comes before multigrid, in 2D as the first.
+    #[test]
+    fn filtered_factors_are_for_dynamics_between_bodies() {
+        let names = |problem: Problem| -> Vec<&str> {
+            ladder(&LinearChoice::Auto, &problem).unwrap().iter().map(|preset| preset.name).collect()
+        };
+        let plane = Problem { joins_bodies: true, ..SCENE };
+        assert_eq!(names(plane), ["filtered_ilu", "filtered_amg", "direct"]);
+        assert_eq!(names(Problem { unknowns: 49_999, ..plane }), ["gmres_asm_ilu", "direct"]);
+        let solid = Problem { dimension: 3, ..plane };
+        assert_eq!(names(solid), ["gmres_asm_ilu", "filtered_ilu", "filtered_amg", "direct"]);
+        let frictionless = names(Problem { symmetric: true, ..solid });
+        assert_eq!(frictionless, ["gmres_asm_ilu", "filtered_ilu", "cg_filtered_amg", "direct"]);
+        let ironing = names(Problem { dynamic: false, ..solid });
+        assert_eq!(ironing, ["gmres_asm_ilu", "filtered_amg", "direct"]);
     }
 
     /// Large problems with tied surfaces begin with multigrid, with contact and without.

@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::diagonal::DiagonalBlocks;
 use super::fatigue::SetupAge;
 use super::filtered_amg::FilteredAmg;
+use super::filtered_ilu::FilteredIlu;
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::one_rank::on_one_rank;
 use super::own::{CustomPreconditioner, Origin, source_of};
@@ -19,7 +20,7 @@ use super::users_options::{beside_the_users, refuse_symmetric_method};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, KrylovSolver, Matrix, Reuse, Session, Vector, residual_norm};
-use crate::presets::Preset;
+use crate::presets::{Implementation, Preset};
 
 /// Result of a linear solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,8 +56,16 @@ pub(super) struct LinearState {
     contact: ContactCounts,
     /// Number of the source of the matrix for which the preconditioner was set up.
     set_up_for: Option<usize>,
-    /// State of the preconditioner with its own matrices.
-    own: Option<Value>,
+    /// The preconditioner that the program implements.
+    own: Option<OwnState>,
+}
+
+/// The state of a preconditioner that the program implements.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct OwnState {
+    /// Rung of its preset.
+    rung: usize,
+    state: Value,
 }
 
 /// Solves with the current preset of the ladder, and moves to the next preset when it fails.
@@ -78,9 +87,11 @@ pub struct LinearSolver {
     fatigue: SetupAge,
     /// Pattern of the last matrix. Setups for another pattern cannot be reused.
     pattern: Option<Rc<BlockPattern>>,
-    /// The preconditioner with its own matrices, created on first use and called back by PETSc. A
-    /// ladder has at most one such preset.
+    /// The preconditioner of the last preset that needs more than the matrix, created on first use and
+    /// called back by PETSc.
     own: Rc<RefCell<Option<Box<dyn CustomPreconditioner>>>>,
+    /// Rung of that preset.
+    own_rung: usize,
     /// Factors on overlapping subdomains, created on first use.
     subdomain: Rc<RefCell<Option<Subdomain>>>,
     /// Source of the matrix for which the preconditioner of the current rung was set up. It is
@@ -107,6 +118,13 @@ impl LinearSolver {
     /// factorisation is available. That many cheap iterations cost as much as either of them on
     /// first-order elements; on hex20 they cost more.
     const WORTHWHILE: usize = 200;
+    /// The same number where `filtered_ilu` is the present preset or the next one.
+    ///
+    /// With half of the value two boxes that a wave crosses slowly, 57 to 67 iterations at CFL 50, would go
+    /// to `filtered_ilu`, which takes 1.3 to 1.5 times as long. With twice the value each change costs
+    /// another 2 s at 273 309 unknowns (docs/performance/large-problems.md). In 2D a solve with multigrid
+    /// takes as long as 50 iterations, in 3D as long as 110 to 130.
+    const SMALL_STEPS: usize = 100;
     /// Tolerance of a solve whose result is not used.
     const ANY: f64 = 0.5;
     /// A preconditioner is made again if a diagonal block of the matrix has changed by more than this
@@ -142,6 +160,7 @@ impl LinearSolver {
             fatigue: SetupAge::default(),
             pattern: None,
             own: Rc::default(),
+            own_rung: 0,
             subdomain: Rc::default(),
             set_up_for: None,
             diagonal: None,
@@ -230,7 +249,7 @@ impl LinearSolver {
             fatigue,
             contact: self.contact,
             set_up_for: set_up_for.map(|source| sources.matrix(source)),
-            own: own.map(|own| own.state(sources)),
+            own: own.map(|own| OwnState { rung: self.own_rung, state: own.state(sources) }),
         }
     }
 
@@ -253,18 +272,25 @@ impl LinearSolver {
         self.fatigue = state.fatigue;
         self.contact = state.contact;
         self.pattern = Some(Rc::clone(system.matrix().pattern()));
-        if let (Some(state), Some(preset)) = (&state.own, self.ladder.iter().find(|preset| preset.is_own())) {
+        if let Some(OwnState { rung, state }) = &state.own
+            && let Some(preset) = self.ladder.get(*rung)
+        {
             let mut own = self.make(preset, system.matrix())?;
             own.resume(state, sources, system)?;
             *self.own.borrow_mut() = Some(own);
+            self.own_rung = *rung;
         }
         let Some(number) = state.set_up_for else { return Ok(()) };
         let source = source_of(sources, number)?;
-        system.assemble_again(source)?;
+        let stage = system.assemble_again(source)?;
         self.set_up_for = Some(Rc::clone(source));
         self.diagonal = Some(DiagonalBlocks::of(system.matrix())?);
         if self.overlaps() {
             self.factorise(system.matrix(), Reuse::Renew)?;
+        }
+        if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
+            own.assemble(system, &stage, Reuse::Renew)?;
+            own.prepare(system.matrix(), Some(source), Reuse::Renew)?;
         }
         let krylov = self.krylov()?;
         krylov.set_operators(system.matrix(), system.matrix())?;
@@ -283,7 +309,8 @@ impl LinearSolver {
         if !preset.is_own() || kept && !self.fatigue.is_tired() {
             return Ok(());
         }
-        let kept = self.own.borrow_mut().take().filter(|made| made.fits(system.matrix()));
+        let is_of_this = std::mem::replace(&mut self.own_rung, self.rung) == self.rung;
+        let kept = self.own.borrow_mut().take().filter(|made| is_of_this && made.fits(system.matrix()));
         let renew = kept.is_none() || self.fatigue.is_tired();
         let mut made = match kept {
             Some(made) => made,
@@ -299,12 +326,13 @@ impl LinearSolver {
     /// Collective.
     fn make(&self, preset: &Preset, like: &Matrix) -> Result<Box<dyn CustomPreconditioner>> {
         let origin = Origin { session: &self.session, like, pattern: &self.work };
-        Ok(match preset.is_two_stage() {
-            true => {
+        Ok(match preset.implementation {
+            Implementation::TwoStage => {
                 let inner = self.stages.inner.unwrap_or("cg_icc");
                 Box::new(TwoStage::new(&origin, self.stages.second, inner)?)
             }
-            false => Box::new(FilteredAmg::new(&origin)?),
+            Implementation::FilteredIlu => Box::new(FilteredIlu::new(&origin)?),
+            _ => Box::new(FilteredAmg::new(&origin)?),
         })
     }
 
@@ -326,7 +354,7 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<Option<Solved>> {
         let size = rhs.norm()?;
-        self.notice(system.matrix());
+        self.notice(system.matrix())?;
         self.climb(|solver| {
             solver.refresh(system, stage, kept)?;
             let source = system.matrix_source();
@@ -347,7 +375,7 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<Option<Solved>> {
         let size = rhs.norm()?;
-        self.notice(matrix);
+        self.notice(matrix)?;
         self.climb(|solver| solver.attempt(matrix, None, rhs, size, x, tolerance))
     }
 
@@ -366,6 +394,12 @@ impl LinearSolver {
                 let residual = tried.residual;
                 let preset = self.preset().name;
                 return Ok(Some(Solved { iterations, inner, residual, preset }));
+            }
+            if tried.reuse == Reuse::Keep {
+                // The failure may be due to the preconditioner of an earlier matrix. The preset is tried
+                // again with a new one.
+                self.fatigue.discard();
+                continue;
             }
             if self.rung + 1 == self.ladder.len() {
                 return Ok(None);
@@ -415,22 +449,24 @@ impl LinearSolver {
 
     /// Number of iterations after which the current preset counts as failed.
     fn most(&self) -> usize {
-        let is_better = |next: &&Preset| next.is_own() || self.prefers_factors && !next.iterative;
-        let next = self.ladder.get(self.rung + 1).is_some_and(is_better);
-        if next { Self::WORTHWHILE } else { Self::MAX_ITERATIONS }
+        let is_filtered_ilu = |preset: &Preset| preset.implementation == Implementation::FilteredIlu;
+        match self.ladder.get(self.rung + 1) {
+            Some(next) if is_filtered_ilu(next) || next.is_own() && is_filtered_ilu(self.preset()) => {
+                Self::SMALL_STEPS
+            }
+            Some(next) if next.is_own() || self.prefers_factors && !next.iterative => Self::WORTHWHILE,
+            _ => Self::MAX_ITERATIONS,
+        }
     }
 
-    /// Restarts if contact has changed the pattern of the matrix.
-    fn notice(&mut self, matrix: &Matrix) {
+    /// Restarts if contact has changed the pattern of the matrix, and discards the preconditioner if
+    /// the matrix has changed much since it was set up. Collective.
+    fn notice(&mut self, matrix: &Matrix) -> Result<()> {
         let known = self.pattern.replace(Rc::clone(matrix.pattern()));
         if known.is_some_and(|known| !Rc::ptr_eq(&known, matrix.pattern())) {
             self.solvers.iter_mut().for_each(|solver| *solver = None);
             self.fatigue.discard();
         }
-    }
-
-    /// Discards the preconditioner if the matrix has changed much since it was set up. Collective.
-    fn notice_change(&mut self, matrix: &Matrix) -> Result<()> {
         if let Some(diagonal) = &self.diagonal
             && diagonal.change(&self.session, matrix)? > Self::CHANGED
         {
@@ -471,7 +507,6 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<LinearAttempt> {
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
-        self.notice_change(matrix)?;
         let renew = self.factorises() || self.fatigue.is_tired();
         let reuse = if renew { Reuse::Renew } else { Reuse::Keep };
         if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
@@ -484,7 +519,7 @@ impl LinearSolver {
             self.solvers[self.rung] = None;
         }
         if renew {
-            let makes_its_own = self.factorises() || self.preset().is_own();
+            let makes_its_own = self.factorises() || self.preset().keeps_sources();
             self.set_up_for = source.filter(|_| !makes_its_own).cloned();
             self.diagonal = if makes_its_own { None } else { Some(DiagonalBlocks::of(matrix)?) };
         }
@@ -506,19 +541,12 @@ impl LinearSolver {
         if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
             own.learn(self.fatigue.is_poor());
         }
-        let tried = LinearAttempt { iterations, residual, tolerance, reason: outcome.reason.to_string() };
-        let tried = match self.preset().iterative {
-            true => tried,
-            false => tried.at_rounding(matrix, x, &mut self.work, size)?,
-        };
-        if renew || tried.is_good() {
-            return Ok(tried);
+        let reason = outcome.reason.to_string();
+        let tried = LinearAttempt { iterations, residual, tolerance, reason, reuse };
+        match self.preset().iterative {
+            true => Ok(tried),
+            false => tried.at_rounding(matrix, x, &mut self.work, size),
         }
-        // The failure may be due to the preconditioner of an earlier matrix. The preset is tried
-        // again with a new one.
-        self.fatigue.discard();
-        let again = self.attempt(matrix, source, rhs, size, x, tolerance)?;
-        Ok(LinearAttempt { iterations: iterations + again.iterations, ..again })
     }
 
     /// The Krylov solver of the current rung, created on first use.

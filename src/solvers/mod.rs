@@ -10,6 +10,7 @@ mod descent;
 mod diagonal;
 mod fatigue;
 mod filtered_amg;
+mod filtered_ilu;
 mod forcing;
 mod free_motion;
 mod held;
@@ -28,6 +29,7 @@ mod tried;
 mod two_stage;
 mod users_options;
 mod zone;
+mod zone_rows;
 
 pub use crate::presets::{PRESETS, Preset, Second};
 pub use augmented::Augmented;

@@ -1,7 +1,7 @@
 //! Result of a linear solve, and whether it is accepted.
 
 use crate::error::Result;
-use crate::petsc::{Matrix, Vector};
+use crate::petsc::{Matrix, Reuse, Vector};
 
 /// Result of the preset on one rung.
 pub(super) struct LinearAttempt {
@@ -11,6 +11,8 @@ pub(super) struct LinearAttempt {
     pub tolerance: f64,
     /// PETSc's reason why it ended.
     pub reason: String,
+    /// Whether the preconditioner was that of an earlier matrix.
+    pub reuse: Reuse,
 }
 
 impl LinearAttempt {

@@ -16,28 +16,38 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use serde::{Deserialize, Serialize};
 
+use super::zone_rows::ZoneRows;
 use crate::collective::Collective;
-use crate::dynamics::{MatrixSource, Sources};
+use crate::dynamics::{MatrixSource, MultigridHints, Sides, Sources};
 use crate::error::Result;
 use crate::petsc::{Event, KrylovSolver, Matrix, Reason, Session, SubMatrix, Vector};
 
-/// W of the filtered multigrid.
+/// W of the filtered preconditioners.
 pub(super) struct Zone {
     session: Rc<Session>,
-    /// The owned nodes of W.
-    nodes: Vec<bool>,
-    /// Whether W is solved by pieces, or factorised as a whole.
-    in_pieces: bool,
+    nodes: ZoneNodes,
     /// Whether any rank has a node in W.
     is_there: bool,
     /// The solver, on the ranks that own a node of W.
     solver: Option<Solver>,
+    /// The rows of the matrix on W.
+    rows: Option<ZoneRows>,
     /// Source of the matrix that was factorised.
     made_for: Option<Rc<MatrixSource>>,
     /// Iterations on W since they were last taken.
     iterations: u32,
     factors: Event,
     correction: Event,
+}
+
+/// The nodes of W.
+#[derive(Default)]
+struct ZoneNodes {
+    /// Marks of the owned nodes.
+    marks: Vec<bool>,
+    /// Whether W has the contactor's nodes and is solved by pieces, or has those of both sides and is
+    /// factorised as a whole.
+    in_pieces: bool,
 }
 
 /// The state of W that outlives a solve.
@@ -107,10 +117,10 @@ impl Zone {
     pub fn new(session: &Rc<Session>) -> Result<Self> {
         Ok(Self {
             session: Rc::clone(session),
-            nodes: Vec::new(),
-            in_pieces: false,
+            nodes: ZoneNodes::default(),
             is_there: false,
             solver: None,
+            rows: None,
             made_for: None,
             iterations: 0,
             factors: Event::register(session, "ZoneFactors")?,
@@ -118,8 +128,16 @@ impl Zone {
         })
     }
 
+    /// Observes which nodes are in contact. Collective.
+    pub fn observe(&mut self, system: &mut dyn MultigridHints) {
+        let both = system.contact_nodes(Sides::Both);
+        let in_pieces = self.takes_pieces(&both);
+        let marks = if in_pieces { system.contact_nodes(Sides::Contactor) } else { both };
+        self.nodes = ZoneNodes { marks, in_pieces };
+    }
+
     /// Whether W is solved by pieces if both of its sides have these owned nodes. Collective.
-    pub fn takes_pieces(&self, both: &[bool]) -> bool {
+    fn takes_pieces(&self, both: &[bool]) -> bool {
         let mut ranks = 0;
         let own = i32::from(both.contains(&true));
         self.session.world().reduce_all(&own, &mut ranks, SystemOperation::sum());
@@ -128,15 +146,14 @@ impl Zone {
         !asks("filter_ksp_type") && (ranks > Self::FEW || asks_for_pieces)
     }
 
-    /// Records the owned nodes of W, and whether it is solved by pieces.
-    pub fn observe(&mut self, nodes: Vec<bool>, in_pieces: bool) {
-        self.nodes = nodes;
-        self.in_pieces = in_pieces;
-    }
-
     /// Whether any rank has a node in W.
     pub fn is_there(&self) -> bool {
         self.is_there
+    }
+
+    /// Whether it has the nodes of the contactor alone.
+    pub fn has_one_side(&self) -> bool {
+        self.nodes.in_pieces
     }
 
     /// Returns the iterations on W since the last call, zero if it is factorised as a whole.
@@ -157,10 +174,10 @@ impl Zone {
         if self.made_for.as_ref().is_some_and(is_same) {
             return Ok(());
         }
-        self.solver = None;
+        (self.solver, self.rows) = (None, None);
         self.made_for = source.cloned();
-        let nodes: Vec<u32> =
-            self.nodes.iter().enumerate().filter(|(_, is_in)| **is_in).map(|(node, _)| node as u32).collect();
+        let ZoneNodes { marks, in_pieces } = &self.nodes;
+        let nodes: Vec<u32> = (0..).zip(marks).filter(|(_, is_in)| **is_in).map(|(node, _)| node).collect();
         let mut any = 0u8;
         let own = u8::from(!nodes.is_empty());
         self.session.world().reduce_all(&own, &mut any, SystemOperation::max());
@@ -169,20 +186,22 @@ impl Zone {
             return Ok(());
         }
         let _running = self.factors.begin();
+        self.rows = Some(ZoneRows::new(&self.session, matrix, &nodes)?);
         let part = SubMatrix::new(&self.session, matrix, nodes)?;
-        self.solver = part.map(|part| Solver::new(part, self.in_pieces)).transpose()?;
+        self.solver = part.map(|part| Solver::new(part, *in_pieces)).transpose()?;
         Ok(())
     }
 
     /// The state that outlives a solve.
     pub fn state(&self, sources: &mut Sources) -> ZoneState {
-        ZoneState { nodes: sources.mark(&self.nodes), in_pieces: self.in_pieces }
+        let ZoneNodes { marks, in_pieces } = &self.nodes;
+        ZoneState { nodes: sources.mark(marks), in_pieces: *in_pieces }
     }
 
     /// Restores the state. The factors are made for the next solve.
     pub fn resume(&mut self, state: &ZoneState, sources: &Sources) {
-        self.nodes = sources.marks.get(state.nodes).cloned().unwrap_or_default();
-        self.in_pieces = state.in_pieces;
+        let marks = sources.marks.get(state.nodes).cloned().unwrap_or_default();
+        self.nodes = ZoneNodes { marks, in_pieces: state.in_pieces };
     }
 
     /// Computes `z += P (P^T K P)^-1 P^T r`, on several ranks to the tolerance of the iteration.
@@ -192,11 +211,32 @@ impl Zone {
     /// # Errors
     /// If a PETSc call fails.
     pub fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
+        let Some(solver) = &mut self.solver else { return Ok(true) };
+        let _running = self.correction.begin();
+        solver.part.restrict(r, &mut solver.rhs);
+        self.solve(z)
+    }
+
+    /// Computes `z += P (P^T K P)^-1 P^T (r - K z)` with the rows of `K` on W alone, and otherwise
+    /// does the same as [`correct`](Self::correct). Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn correct_residual(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
+        let Some(rows) = &mut self.rows else { return Ok(true) };
+        let _running = self.correction.begin();
+        rows.receive(z);
+        let Some(solver) = &mut self.solver else { return Ok(true) };
+        solver.part.restrict(r, &mut solver.rhs);
+        rows.subtract_product(z, &mut solver.rhs.owned_mut());
+        self.solve(z)
+    }
+
+    /// Adds the solution for the right side on W.
+    fn solve(&mut self, z: &mut Vector) -> Result<bool> {
         let Some(Solver { part, krylov, rhs, solution, iterates }) = &mut self.solver else {
             return Ok(true);
         };
-        let _running = self.correction.begin();
-        part.restrict(r, rhs);
         let outcome = krylov.solve(rhs, solution)?;
         part.add_to(solution, z);
         if *iterates {

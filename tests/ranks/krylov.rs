@@ -54,7 +54,12 @@ fn krylov_methods_in_the_plane_on_1_2_and_8_ranks() {
 
 #[test]
 fn krylov_methods_in_space_on_1_2_and_8_ranks() {
-    for solver in ["linear: gmres_asm_ilu", "linear: two_stage", "strategy: staggered, linear: cg_icc"] {
+    for solver in [
+        "linear: gmres_asm_ilu",
+        "linear: filtered_ilu",
+        "linear: two_stage",
+        "strategy: staggered, linear: cg_icc",
+    ] {
         invariant_by(&SOLID, solver, &KRYLOV_RANKS);
     }
 }

@@ -58,7 +58,9 @@ fn rubber_block_to_the_last_bit_on_1_and_2_ranks() {
 #[test]
 fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
     computes_the_same_bits(&ironing("{ linear: auto }"), 1, &[13]);
-    computes_the_same_bits(&ironing("{ linear: filtered_amg }"), 1, &[2, 14, 33]);
+    for linear in ["filtered_amg", "filtered_ilu"] {
+        computes_the_same_bits(&ironing(&format!("{{ linear: {linear} }}")), 1, &[2, 14, 33]);
+    }
     computes_the_same_bits(&ironing(GMRES), 2, &[21]);
     computes_the_same_bits(&ironing(GMRES), 3, &[30]);
 }
@@ -114,7 +116,10 @@ fn multipliers_to_the_last_bit_on_1_and_2_ranks() {
 #[test]
 fn pieces_to_the_last_bit_on_2_ranks() {
     let pieces = "petsc: { filter_pc_type: asm }";
-    computes_the_same_bits(&format!("{}{pieces}\n", ironing("{ linear: filtered_amg }")), 2, &[14]);
+    for linear in ["filtered_amg", "filtered_ilu"] {
+        let solver = format!("{{ linear: {linear} }}");
+        computes_the_same_bits(&format!("{}{pieces}\n", ironing(&solver)), 2, &[14]);
+    }
     let pairs = two_pairs().replace("output:\n", "output:\n  checkpoint: { every: 2, keep: 1000 }\n");
     let pairs = format!("{pairs}\nsolver: {{ linear: filtered_amg }}\n{pieces}\n");
     computes_the_same_bits(&pairs, 2, &[2]);

@@ -149,6 +149,7 @@ impl<const D: usize> Scene<D> {
             dynamic,
             symmetric: !self.system.has_friction() && !self.system.has_following_loads(),
             contact: !self.system.contacts().is_empty(),
+            joins_bodies: false,
             tied: false,
             nearly_incompressible: false,
             format: Some(self.system.matrix().format()),
