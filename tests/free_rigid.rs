@@ -386,6 +386,8 @@ fn solvers_and_ranks_agree_on_a_free_body() {
         ("direct", "", 4),
         ("filtered_amg", "", 1),
         ("filtered_amg", "", 2),
+        ("filtered_ilu", "", 1),
+        ("filtered_ilu", "petsc: { filter_pc_type: asm }\n", 3),
         ("filtered_amg", "petsc: { filter_pc_type: asm }\n", 3),
         ("gmres_asm_ilu", "", 2),
         ("two_stage", "", 1),

@@ -280,7 +280,7 @@ fn set_ups_are_skipped_on_2_ranks() {
     let ordered = ["MatLUFactorSym", "MatLUFactorNum", "MatCholFctrSym", "MatCholFctrNum"];
     let [lu_order, lu, cholesky_order, cholesky] = ordered;
     // What each counts once, and what with every solve; the steps and the start of `DYNAMIC` have solvers of their own.
-    let expected: [(&str, &str, Counts); 9] = [
+    let expected: [(&str, &str, Counts); 11] = [
         (&rough, "direct", &[(lu_order, ONCE), (lu, EACH)]),
         (&rough, "gmres_asm_ilu", &[("SubdomainILU", ONCE)]),
         (&rough, "gmres_asm_ilu1", &[("MatILUFactorSym", ONCE), (lu, ONCE)]),
@@ -292,6 +292,8 @@ fn set_ups_are_skipped_on_2_ranks() {
         (&smooth, "cg_amg", &[(lu, ONCE)]),
         (DYNAMIC, "gmres_asm_ilu", &[("SubdomainILU", ONCE)]),
         (DYNAMIC, "filtered_amg", &[("BulkHierarchy", Some(2))]),
+        (&rough, "filtered_ilu", &[("SubdomainILU", ONCE), ("CoarseMatrix", ONCE), ("ZoneFactors", ONCE)]),
+        (DYNAMIC, "filtered_ilu", &[("SubdomainILU", ONCE), ("CoarseMatrix", ONCE), ("ZoneFactors", ONCE)]),
     ];
     for (case, linear, counts) in expected {
         let solved = Solved::by(case, linear, 2, &["-log_view", ":log.txt"]).well();

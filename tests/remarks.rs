@@ -389,6 +389,7 @@ fn restarts_to_rounding_are_told() {
     };
     assert!(told(2, "solver: { linear: direct }", &[]));
     assert!(told(2, "solver: { linear: filtered_amg }", &[]));
+    assert!(told(2, "solver: { linear: filtered_ilu }", &[]));
     assert!(!told(0, "solver: { linear: direct }", &[]));
     assert!(!told(2, "solver: { linear: gmres_asm_ilu }", &[]));
     let alone = [

@@ -242,6 +242,7 @@ fn solvers_agree_on_a_tool() {
     let solvers = [
         ("filtered_amg", "", 2),
         ("filtered_amg", pieces, 3),
+        ("filtered_ilu", pieces, 3),
         ("gmres_asm_ilu", "", 2),
         ("two_stage", "", 1),
     ];

@@ -260,7 +260,8 @@ output: { probes: { tip: { at: [4, 0.4], on: upper } } }
 fn solvers_agree_on_2_ranks() {
     let text = PATCH_3D.replace("LOWER", "hex8").replace("UPPER", "hex8");
     let stress = [(0, 1.0e4), (1, -5.0e3), (2, 2.0e4), (3, 2.0e3), (4, 3.0e3), (5, 4.0e3)];
-    for linear in ["gmres_asm_ilu", "cg_icc", "filtered_amg", "gmres_amg", "cg_filtered_amg"] {
+    for linear in ["gmres_asm_ilu", "cg_icc", "filtered_ilu", "filtered_amg", "gmres_amg", "cg_filtered_amg"]
+    {
         let solver = format!("solver: {{ linear: {linear}, krylov: {{ tolerance: 1e-11 }} }}\n");
         let results = Results::of(&format!("{text}{solver}"), 2);
         let worst = worst_stress(&results, &stress);

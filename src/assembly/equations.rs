@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::augmentation;
 use super::contact::LocalContact;
 use super::patches::solid_terms;
+use super::pattern::pattern_of_elements;
 use super::scatter::ForceSink;
 use super::soundness::unsound_force;
 use super::stages::{self, MatrixTarget};
@@ -13,9 +14,9 @@ use crate::case::Units;
 use crate::contact::point::Status;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
-    Augmentation, ContactCounts, ContactMonitor, Continuation, Equations, FloatingBodies, ForceChange,
-    Freeze, Lift, MatrixSource, MultigridHints, OverStep, PressureLinearisation, Residual, Resumption,
-    RigidMotion, Shortfall, Sides, Split, Stage, Staging,
+    Augmentation, BodyNodes, ContactCounts, ContactMonitor, Continuation, Equations, FloatingBodies,
+    ForceChange, Freeze, Lift, MatrixSource, MultigridHints, OverStep, PressureLinearisation, Residual,
+    Resumption, RigidMotion, Shortfall, Sides, Split, Stage, Staging,
 };
 use crate::error::{Error, Result, agree};
 use crate::petsc::{Matrix, Vector, sum_over_ranks};
@@ -249,6 +250,13 @@ impl<const D: usize> MultigridHints for ContactSystem<D> {
         let mut nodes = stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), sides, owned);
         self.bodies.ties.mark(sides, &mut nodes);
         nodes
+    }
+
+    fn body_nodes(&self) -> Option<BodyNodes> {
+        let local = &self.bodies.local;
+        let mut coordinates = vec![0.0; local.index.owned * D];
+        coordinates.iter_mut().zip(local.mesh.points.iter().flatten()).for_each(|(to, from)| *to = *from);
+        Some(BodyNodes { pattern: pattern_of_elements(local), coordinates })
     }
 
     fn floating_nodes(&self) -> Vec<bool> {

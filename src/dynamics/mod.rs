@@ -30,7 +30,7 @@ pub use augmentation::{Augmentation, Shortfall};
 pub use equations::{Continuation, Equations, FrictionMode, Lift, Residual};
 pub use floating::{FloatingBodies, MovingPart, RigidMotion};
 pub use monitor::{ContactCounts, ContactMonitor};
-pub use multigrid::{MultigridHints, Sides};
+pub use multigrid::{BodyNodes, MultigridHints, Sides};
 pub use pressure::PressureLinearisation;
 pub use source::{ChangedLaw, ContactSource, MatrixSource, Resumption, SearchSource, Sources, StageSettings};
 pub use split::{ForceChange, Freeze, KnownFriction, Split, Staging};

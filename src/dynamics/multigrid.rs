@@ -2,7 +2,7 @@
 
 use super::{Resumption, Stage};
 use crate::error::Result;
-use crate::petsc::{Matrix, Vector};
+use crate::petsc::{BlockPattern, Matrix, Vector};
 use crate::terms::Terms;
 
 /// The sides of contacts and ties whose nodes are selected.
@@ -12,6 +12,15 @@ pub enum Sides {
     Both,
     /// The contactor alone.
     Contactor,
+}
+
+/// The owned nodes of the bodies.
+#[derive(Debug, Clone)]
+pub struct BodyNodes {
+    /// The blocks that elements and ties couple, without contact.
+    pub pattern: BlockPattern,
+    /// Coordinates before the deformation, as many of each node as its block has rows.
+    pub coordinates: Vec<f64>,
 }
 
 /// Knowledge of bodies and contact for preconditioners. The defaults are those of a system without
@@ -33,6 +42,11 @@ pub trait MultigridHints: Resumption {
     /// and those of ties. Collective.
     fn contact_nodes(&mut self, _: Sides) -> Vec<bool> {
         vec![false; self.matrix().pattern().rows()]
+    }
+
+    /// The nodes of the bodies, from which coarse spaces are built.
+    fn body_nodes(&self) -> Option<BodyNodes> {
+        None
     }
 
     /// Marks the owned nodes of bodies that no support holds in some direction.

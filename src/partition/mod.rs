@@ -5,6 +5,7 @@
 //! nodes to one of the parts that touch them. Every rank receives all elements that touch one of
 //! its nodes, so that it assembles its rows without communication. See [`distribute()`].
 
+mod aggregates;
 mod contact_graph;
 mod distribute;
 pub mod exchange;
@@ -21,6 +22,7 @@ mod ptscotch;
 mod quality;
 mod report;
 
+pub use aggregates::aggregates;
 pub use contact_graph::{Couple, contact_weights};
 pub use distribute::distribute;
 pub use graph::{ElementWeights, Graph, Pair, Weights};

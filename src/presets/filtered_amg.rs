@@ -7,7 +7,7 @@ use super::{BOTH, GMRES, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
     about: "GMRES with multigrid for the bodies and a factorisation of the nodes in contact: large \
-            problems",
+            problems with slender bodies or rigid bodies",
     formats: BOTH,
     multigrid: true,
     implementation: Implementation::FilteredAmg,

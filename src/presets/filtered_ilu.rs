@@ -1,12 +1,13 @@
-//! GMRES preconditioned by incomplete factors on overlapping subdomains and a factorisation of the
-//! nodes in contact after them.
+//! GMRES preconditioned by a coarse space and incomplete factors on overlapping subdomains, and a
+//! factorisation of the nodes in contact after them.
 //!
 //! `src/solvers/filtered_ilu.rs` implements the preconditioner.
 
 use super::{BOTH, GMRES, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
-    about: "GMRES with ILU(0) for the bodies and a factorisation of the nodes in contact: small time steps",
+    about: "GMRES with ILU(0), a coarse space and a factorisation of the nodes in contact: large problems \
+            with contact between bodies",
     formats: BOTH,
     implementation: Implementation::FilteredIlu,
     // On several ranks the preconditioner iterates, so the method has to be flexible.

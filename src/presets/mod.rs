@@ -44,7 +44,7 @@ pub enum Implementation {
     Overlapping,
     /// The program: the two-stage scheme, with separate matrices.
     TwoStage,
-    /// The program: ILU(0) on overlapping subdomains with a factorisation of the nodes in contact.
+    /// The program: ILU(0) and a coarse space with a factorisation of the nodes in contact.
     FilteredIlu,
     /// The program: multigrid with a factorisation of the nodes in contact, with separate matrices.
     FilteredAmg,
@@ -160,11 +160,11 @@ impl Preset {
 
     /// Whether the program implements its preconditioner, which needs more than the matrix.
     pub fn is_own(&self) -> bool {
-        self.keeps_sources() || self.implementation == Implementation::FilteredIlu
+        self.decides_on_renewal() || self.implementation == Implementation::FilteredIlu
     }
 
-    /// Whether its preconditioner has matrices of several sources, of which it keeps record.
-    pub fn keeps_sources(&self) -> bool {
+    /// Whether its preconditioner decides which of its matrices it makes again.
+    pub fn decides_on_renewal(&self) -> bool {
         matches!(self.implementation, Implementation::TwoStage | Implementation::FilteredAmg)
     }
 

@@ -33,6 +33,7 @@ use std::rc::Rc;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use super::joined::{diagonal_of_inertia, hold_floating};
 use super::own::{CustomPreconditioner, Origin, source_of, stored};
 use super::zone::{Zone, ZoneState};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
@@ -98,8 +99,6 @@ impl Bulk {
         ("pc_gamg_use_sa_esteig", "false"),
         ("pc_mg_cycle_type", "w"),
     ];
-    /// Spring on the unknowns of a floating body, relative to the diagonal entry including inertia.
-    const SHIFT: f64 = 1e-4;
     /// The matrix is assembled again when this part of the contact points has changed to slip,
     /// stick or open. Their joints are then different.
     const TURNED: f64 = 0.05;
@@ -161,7 +160,7 @@ impl Bulk {
             return Ok(());
         }
         let source = system.source_at(stage, Terms::BODIES);
-        let inertia = self.inertia(system, stage, layout)?;
+        let inertia = diagonal_of_inertia(system, stage, &mut self.matrix, layout)?;
         if std::mem::take(&mut self.poor) {
             self.interpolate(system, stage, &inertia)?;
             self.interpolated = Some(Rc::clone(&source));
@@ -175,16 +174,6 @@ impl Bulk {
         Ok(())
     }
 
-    /// Diagonal of the inertia at the stage.
-    fn inertia(&mut self, system: &mut dyn MultigridHints, stage: &Stage, layout: &Vector) -> Result<Vector> {
-        let mut inertia = layout.like()?;
-        if stage.inertia && stage.shifts.acceleration > 0.0 {
-            system.jacobian_into(stage, Terms::MASS, &mut self.matrix)?;
-            self.matrix.diagonal(&mut inertia)?;
-        }
-        Ok(inertia)
-    }
-
     /// Builds the interpolation from the bodies alone.
     fn interpolate(
         &mut self,
@@ -193,7 +182,7 @@ impl Bulk {
         inertia: &Vector,
     ) -> Result<()> {
         system.jacobian_into(stage, Terms::BODIES, &mut self.matrix)?;
-        self.hold_floating(system, inertia)?;
+        hold_floating(system, &mut self.matrix, inertia)?;
         // A reset is not sufficient: the levels of PETSc 3.18 keep their sizes.
         self.krylov.configure(&Self::OPTIONS)?;
         self.set_up()
@@ -202,7 +191,7 @@ impl Bulk {
     /// Assembles the matrix of the joined bodies.
     fn join(&mut self, system: &mut dyn MultigridHints, stage: &Stage, inertia: &Vector) -> Result<()> {
         system.joined_bodies_into(stage, &mut self.matrix)?;
-        self.hold_floating(system, inertia)
+        hold_floating(system, &mut self.matrix, inertia)
     }
 
     fn state(&self, sources: &mut Sources) -> BulkState {
@@ -229,12 +218,12 @@ impl Bulk {
         if let (Some(interpolated), Some(joined)) = (state.interpolated, state.joined) {
             let source = source_of(sources, interpolated)?;
             let stage = system.assemble_again(source)?;
-            let inertia = self.inertia(system, &stage, layout)?;
+            let inertia = diagonal_of_inertia(system, &stage, &mut self.matrix, layout)?;
             self.interpolate(system, &stage, &inertia)?;
             self.interpolated = Some(Rc::clone(source));
             let source = source_of(sources, joined)?;
             let stage = system.assemble_again(source)?;
-            let inertia = self.inertia(system, &stage, layout)?;
+            let inertia = diagonal_of_inertia(system, &stage, &mut self.matrix, layout)?;
             self.join(system, &stage, &inertia)?;
             self.set_up()?;
             self.joined = Some(Rc::clone(source));
@@ -245,19 +234,6 @@ impl Bulk {
         self.changed = state.changed;
         self.poor = state.poor;
         Ok(())
-    }
-
-    /// Adds springs to bodies that only contact holds, because contact can slide or be open.
-    fn hold_floating(&mut self, system: &dyn MultigridHints, inertia: &Vector) -> Result<()> {
-        let floats = system.floating_nodes();
-        let mut diagonal = inertia.like()?;
-        self.matrix.diagonal(&mut diagonal)?;
-        let (diagonal, inertia, size) = (diagonal.owned(), inertia.owned(), self.matrix.block_size());
-        self.matrix.fill(|values| {
-            for dof in (0..diagonal.len()).filter(|dof| floats[dof / size]) {
-                values.add_diagonal(dof, (Self::SHIFT * diagonal[dof] - inertia[dof]).max(0.0));
-            }
-        })
     }
 
     /// Sets up the levels for the current matrix. Builds the interpolation if there is none yet.

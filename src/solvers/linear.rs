@@ -115,16 +115,17 @@ impl LinearSolver {
     /// Number of iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
     /// Number of iterations after which a preset counts as failed if filtered multigrid or a cheap
-    /// factorisation is available. That many cheap iterations cost as much as either of them on
+    /// factorisation is next. That many cheap iterations cost as much as either of them on
     /// first-order elements; on hex20 they cost more.
     const WORTHWHILE: usize = 200;
-    /// The same number where `filtered_ilu` is the present preset or the next one.
+    /// Number of iterations after which a preset counts as failed if `filtered_ilu` is next, or is in use
+    /// and multigrid is next.
     ///
-    /// With half of the value two boxes that a wave crosses slowly, 57 to 67 iterations at CFL 50, would go
-    /// to `filtered_ilu`, which takes 1.3 to 1.5 times as long. With twice the value each change costs
-    /// another 2 s at 273 309 unknowns (docs/performance/large-problems.md). In 2D a solve with multigrid
-    /// takes as long as 50 iterations, in 3D as long as 110 to 130.
-    const SMALL_STEPS: usize = 100;
+    /// A set-up and a solve with `filtered_ilu` take as long as 50 to 80 iterations of `gmres_asm_ilu` on
+    /// two boxes. With half of this number, boxes of 89 328 unknowns at CFL 50 would take 1.3 times as
+    /// long. With twice the number a change takes another 2 s at 273 309 unknowns
+    /// (docs/performance/large-problems.md).
+    const BESIDE_FILTERED_ILU: usize = 100;
     /// Tolerance of a solve whose result is not used.
     const ANY: f64 = 0.5;
     /// A preconditioner is made again if a diagonal block of the matrix has changed by more than this
@@ -211,7 +212,7 @@ impl LinearSolver {
     }
 
     /// Whether the first preset factorises on several ranks, where MUMPS rounds differently in each
-    /// run, or is the filtered multigrid, whose sums over several ranks do.
+    /// run, or is a filtered preconditioner, whose sums over several ranks do.
     pub fn factorises_together(&self) -> bool {
         let preset = self.ladder[0];
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
@@ -282,14 +283,13 @@ impl LinearSolver {
         }
         let Some(number) = state.set_up_for else { return Ok(()) };
         let source = source_of(sources, number)?;
-        let stage = system.assemble_again(source)?;
+        system.assemble_again(source)?;
         self.set_up_for = Some(Rc::clone(source));
         self.diagonal = Some(DiagonalBlocks::of(system.matrix())?);
         if self.overlaps() {
             self.factorise(system.matrix(), Reuse::Renew)?;
         }
         if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
-            own.assemble(system, &stage, Reuse::Renew)?;
             own.prepare(system.matrix(), Some(source), Reuse::Renew)?;
         }
         let krylov = self.krylov()?;
@@ -452,7 +452,7 @@ impl LinearSolver {
         let is_filtered_ilu = |preset: &Preset| preset.implementation == Implementation::FilteredIlu;
         match self.ladder.get(self.rung + 1) {
             Some(next) if is_filtered_ilu(next) || next.is_own() && is_filtered_ilu(self.preset()) => {
-                Self::SMALL_STEPS
+                Self::BESIDE_FILTERED_ILU
             }
             Some(next) if next.is_own() || self.prefers_factors && !next.iterative => Self::WORTHWHILE,
             _ => Self::MAX_ITERATIONS,
@@ -467,7 +467,8 @@ impl LinearSolver {
             self.solvers.iter_mut().for_each(|solver| *solver = None);
             self.fatigue.discard();
         }
-        if let Some(diagonal) = &self.diagonal
+        if !self.fatigue.is_tired()
+            && let Some(diagonal) = &self.diagonal
             && diagonal.change(&self.session, matrix)? > Self::CHANGED
         {
             self.fatigue.discard();
@@ -519,7 +520,7 @@ impl LinearSolver {
             self.solvers[self.rung] = None;
         }
         if renew {
-            let makes_its_own = self.factorises() || self.preset().keeps_sources();
+            let makes_its_own = self.factorises() || self.preset().decides_on_renewal();
             self.set_up_for = source.filter(|_| !makes_its_own).cloned();
             self.diagonal = if makes_its_own { None } else { Some(DiagonalBlocks::of(matrix)?) };
         }

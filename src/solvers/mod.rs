@@ -5,6 +5,7 @@
 //! [`Dynamics`](crate::dynamics::Dynamics). It does not depend on elements or time integration.
 
 mod augmented;
+mod coarse;
 mod convergence;
 mod descent;
 mod diagonal;
@@ -15,6 +16,7 @@ mod forcing;
 mod free_motion;
 mod held;
 pub mod incomplete;
+mod joined;
 mod kept_tangent;
 mod ladder;
 mod linear;

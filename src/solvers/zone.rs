@@ -128,12 +128,13 @@ impl Zone {
         })
     }
 
-    /// Observes which nodes are in contact. Collective.
+    /// Observes which nodes are in contact. W is factorised anew for the next solve. Collective.
     pub fn observe(&mut self, system: &mut dyn MultigridHints) {
         let both = system.contact_nodes(Sides::Both);
         let in_pieces = self.takes_pieces(&both);
         let marks = if in_pieces { system.contact_nodes(Sides::Contactor) } else { both };
         self.nodes = ZoneNodes { marks, in_pieces };
+        self.made_for = None;
     }
 
     /// Whether W is solved by pieces if both of its sides have these owned nodes. Collective.
@@ -151,7 +152,8 @@ impl Zone {
         self.is_there
     }
 
-    /// Whether it has the nodes of the contactor alone.
+    /// Whether it has the nodes of the contactor alone. If all surfaces are contactors, these are the
+    /// nodes of both sides.
     pub fn has_one_side(&self) -> bool {
         self.nodes.in_pieces
     }
@@ -165,7 +167,8 @@ impl Zone {
         most
     }
 
-    /// Factorises the part of `matrix` on W, unless it is that of the same `source`. Collective.
+    /// Factorises the part of `matrix` on W, unless it is that of the same `source` and of the same
+    /// nodes. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails. The solve reports a zero pivot.
@@ -217,8 +220,8 @@ impl Zone {
         self.solve(z)
     }
 
-    /// Computes `z += P (P^T K P)^-1 P^T (r - K z)` with the rows of `K` on W alone, and otherwise
-    /// does the same as [`correct`](Self::correct). Collective.
+    /// Computes `z += P (P^T K P)^-1 P^T (r - K z)` with the rows of `K` on W alone, on several ranks to
+    /// the tolerance of the iteration. Returns whether this was possible. Collective among all ranks.
     ///
     /// # Errors
     /// If a PETSc call fails.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 
 use crate::collective::Collective;
-use crate::error::Result;
+use crate::error::{Result, agree};
 use crate::partition::IndexMap;
 use crate::partition::exchange::NodeExchange;
 use crate::petsc::{Matrix, Session, Vector};
@@ -38,7 +38,7 @@ impl ZoneRows {
         let mut global = Vec::new();
         let mut ends = Vec::with_capacity(nodes.len());
         let mut blocks = Vec::new();
-        matrix.read(|values| {
+        let read = matrix.read(|values| {
             let mut block = vec![0.0; block_size * block_size];
             for &node in nodes {
                 for slot in pattern.row(node as usize) {
@@ -50,7 +50,8 @@ impl ZoneRows {
                 }
                 ends.push(global.len() as u32);
             }
-        })?;
+        });
+        agree(session.world(), read)?;
         let owned = pattern.owned();
         let mut ghosts: Vec<i32> = global.iter().copied().filter(|node| !owned.contains(node)).collect();
         ghosts.sort_unstable();

@@ -125,6 +125,21 @@ fn pieces_to_the_last_bit_on_2_ranks() {
     computes_the_same_bits(&pairs, 2, &[2]);
 }
 
+/// Factors that are made again while the tangent is kept, and patterns that change in an impact: the
+/// incomplete factors and the nodes in contact belong to another iterate than the tangent.
+#[test]
+fn kept_tangents_with_new_factors_to_the_last_bit() {
+    let stiff = ("compliance: 1.0e-10", "compliance: 1.0e-11");
+    let short = ("end: 0.012, step: 5.0e-5, scheme: conserving", SCHEME);
+    const SCHEME: &str = "end: 0.0025, step: 5.0e-5, scheme: { generalized_alpha: { spectral_radius: 0.8 } }";
+    let text = |solver| shipped("collision/friction.yml", &[stiff, short], solver, 1);
+    let accuracy = "accuracy: { time: 1.0e-2, penetration: none, slip: none, energy: none }";
+    let kept = format!("{}{accuracy}\n", text("{ linear: filtered_ilu }"));
+    computes_the_same_bits(&kept, 1, &[28, 60, 100]);
+    let new = format!("{}{accuracy}\n", text("{ linear: filtered_ilu, newton: { inexact: false } }"));
+    computes_the_same_bits(&new, 1, &[100]);
+}
+
 /// Preconditioners of PETSc, and the two-stage scheme with its own matrices.
 #[test]
 fn other_preconditioners_to_the_last_bit() {
