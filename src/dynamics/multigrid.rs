@@ -17,7 +17,7 @@ pub enum Sides {
 /// The owned nodes of the bodies.
 #[derive(Debug, Clone)]
 pub struct BodyNodes {
-    /// The blocks that elements and ties couple, without contact.
+    /// The blocks that elements, patches and ties couple, without contact.
     pub pattern: BlockPattern,
     /// Coordinates before the deformation, as many of each node as its block has rows.
     pub coordinates: Vec<f64>,

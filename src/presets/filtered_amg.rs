@@ -7,7 +7,7 @@ use super::{BOTH, GMRES, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
     about: "GMRES with multigrid for the bodies and a factorisation of the nodes in contact: large \
-            problems with slender bodies or rigid bodies",
+            problems with contact on rigid bodies or ties",
     formats: BOTH,
     multigrid: true,
     implementation: Implementation::FilteredAmg,

@@ -1,11 +1,13 @@
 //! Coarse space: rigid motions of aggregates of nodes.
 //!
 //! Smooth motions are almost rigid over a few elements. Let P have the rigid motions of each
-//! aggregate as columns. The correction `z += P (P^T A P)^-1 P^T r` removes from an error what the
-//! incomplete factors of `A` cannot see: its mean displacement and rotation over an aggregate.
-//! Aggregates lie on one rank and in one body, so the space lets bodies slide and separate.
+//! aggregate as columns. The correction `z += P (P^T A P)^-1 P^T r` reduces the part of an error that
+//! incomplete factors of `A` reduce slowly: its mean displacement and rotation over an aggregate.
+//! Aggregates lie on one rank and in one body, or in bodies that are tied, so the space lets bodies
+//! slide and separate.
 //!
-//! The columns of an aggregate are orthonormal, without the unknowns that are prescribed. Motions
+//! The columns of an aggregate are orthonormal, without the unknowns that are prescribed along an
+//! axis. Along an inclined direction they keep their motions. Motions
 //! that depend on others, such as the rotation of two nodes about their line, are left out.
 
 use std::rc::Rc;
@@ -32,7 +34,7 @@ pub(super) struct CoarseSpace {
     first: u32,
     /// Displacements of the owned nodes under rigid motions of their aggregate, `size` rows of `modes`.
     motions: Vec<f64>,
-    /// The same of owned nodes and ghosts, orthonormal and without prescribed unknowns.
+    /// Basis of the space at owned nodes and ghosts: orthonormal, without prescribed unknowns.
     basis: Vec<f64>,
     /// Local number of the node of each slot of the pattern.
     nodes: Vec<u32>,
@@ -54,13 +56,18 @@ impl CoarseSpace {
         ("pc_factor_mat_solver_type", "mumps"),
         ("mat_mumps_icntl_14", "50"),
     ];
-    /// Nodes of an aggregate.
+    /// Nodes of an aggregate. With 60, two boxes of 27 753 and 89 328 unknowns take 0.81 to 0.85 times the
+    /// iterations and 0.93 times the time at CFL 50. With 600 they take 1.15 to 1.19 times the
+    /// iterations. The coarse matrix has 1 % of the unknowns, with 60 nodes 3.3 %
+    /// (docs/performance/large-problems.md).
     const NODES: usize = 200;
-    /// Nodes of a group for which rigid motions are worthwhile. Free rigid bodies have fewer.
+    /// Smallest component of the mesh that gets aggregates: one element of hex8. The node of a free rigid
+    /// body gets none.
     const LEAST: usize = 8;
     /// Unknowns of a block of the coarse matrix. An aggregate has one or two blocks.
     const BLOCK: usize = 3;
-    /// Part of a motion that must remain beside the motions before it.
+    /// Part of a motion that must be independent of the motions before it. In an aggregate with some
+    /// extent in every direction all are. The value only has to be above rounding.
     const INDEPENDENT: f64 = 1e-3;
 
     /// Builds the space for matrices with this pattern. It is `None` if no rank has an aggregate.
@@ -170,7 +177,7 @@ impl CoarseSpace {
             }
         });
         agree(session.world(), read)?;
-        // Gram and Schmidt, for all aggregates at once. `products` holds those of one motion with all.
+        // Gram-Schmidt, for all aggregates at once. `products` holds those of one motion with all.
         let count = self.rhs.owned_len() / modes;
         let mut products = vec![0.0; count * modes];
         for mode in 0..modes {

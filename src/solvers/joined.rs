@@ -26,7 +26,8 @@ pub(super) fn diagonal_of_inertia(
     Ok(inertia)
 }
 
-/// Adds springs to bodies that only contact holds, because contact can slide or be open. Collective.
+/// Adds springs to bodies that only contact holds, because contact can slide or be open. Free rigid
+/// bodies get none. Collective.
 ///
 /// # Errors
 /// If a PETSc call fails.

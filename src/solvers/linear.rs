@@ -120,11 +120,10 @@ impl LinearSolver {
     const WORTHWHILE: usize = 200;
     /// Number of iterations after which a preset counts as failed if `filtered_ilu` is next, or is in use
     /// and multigrid is next.
-    ///
-    /// A set-up and a solve with `filtered_ilu` take as long as 50 to 80 iterations of `gmres_asm_ilu` on
-    /// two boxes. With half of this number, boxes of 89 328 unknowns at CFL 50 would take 1.3 times as
-    /// long. With twice the number a change takes another 2 s at 273 309 unknowns
-    /// (docs/performance/large-problems.md).
+    /// A set-up and a solve with `filtered_ilu` take as long as 30 to 80 iterations of `gmres_asm_ilu` on
+    /// two boxes of 27 753 unknowns or more. With half of this number, boxes of 89 328 unknowns would
+    /// take 1.3 times as long at CFL 50 and 0.9 times in statics. With twice the number a change takes
+    /// another 2 s at 273 309 unknowns (docs/performance/large-problems.md).
     const BESIDE_FILTERED_ILU: usize = 100;
     /// Tolerance of a solve whose result is not used.
     const ANY: f64 = 0.5;
