@@ -306,18 +306,21 @@ fn quadratic_elements_on_1_4_ranks() {
     let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
     for element in ["hex20", "tet10"] {
         let text = Scene { kappa: 1e4, cells: 4, press, ..COARSE }.text().replace("hex8", element);
-        let solved = |ranks: usize, petsc: &[&str]| {
+        let solved = |linear: &str, ranks: usize, petsc: &[&str]| {
             let folder = Folder::new("quadratic");
-            folder.write("case.yml", &format!("{text}solver: {{ linear: filtered_amg, {NEWTON} }}\n"));
+            folder.write("case.yml", &format!("{text}solver: {{ linear: {linear}, {NEWTON} }}\n"));
             let args = [&["case.yml", "--output", "out", "--"], petsc].concat();
             let output = run(ranks, &args, &folder).success();
             Solved { folder, output }.without_help()
         };
-        let (whole, pieces) = (solved(1, &[]), solved(4, &PIECEWISE));
-        let most = [whole.most(), pieces.most()];
-        assert!(most[1] <= 1.75 * most[0], "{element}: {most:?} iterations");
-        let apart = pieces.apart(&whole);
-        assert!(apart < 1e-6, "{element}: {apart:.1e}");
+        for linear in ["filtered_amg", "filtered_ilu"] {
+            let whole = solved(linear, 1, &[]);
+            let pieces = solved(linear, 4, &PIECEWISE);
+            let most = [whole.most(), pieces.most()];
+            assert!(most[1] <= 1.75 * most[0], "{element}, {linear}: {most:?} iterations");
+            let apart = pieces.apart(&whole);
+            assert!(apart < 1e-6, "{element}, {linear}: {apart:.1e}");
+        }
     }
 }
 
@@ -335,6 +338,8 @@ fn options_reach_the_pieces_on_2_ranks() {
     let apart = with(["-filter_pc_asm_overlap", "0"]);
     assert!(apart > usual + usual / 2, "{apart} without overlap, {usual} with it");
     assert_eq!(inner(&["-filter_ksp_type", "preonly", "-filter_pc_type", "lu"]), 0);
+    let coarse = COARSE.solved("filtered_ilu", 2, &["-coarse_mat_mumps_icntl_14", "80"]).without_help();
+    assert!(!coarse.output.stdout.contains("was not used"), "{}", coarse.output.stdout);
     assert_eq!(inner(&[]), 0, "few ranks factorise together");
 }
 
@@ -376,8 +381,8 @@ fn what_slides_freely_takes_few_iterations() {
 }
 
 /// Small time steps: few iterations for every penalty on any number of ranks, where points stick and
-/// where they slip. ILU(0) alone takes 126 at the stiffer penalty. W in pieces has one side, which
-/// takes more.
+/// where they slip: 10 to 14 with both sides in W, 16 to 20 with pieces, and up to 26 at the stiffer
+/// penalty. ILU(0) alone takes 126 there.
 #[test]
 fn incomplete_factors_of_joined_bodies_on_1_2_4_8_ranks() {
     for (kappa, drag, slides) in [(1e2, 0.002, false), (1e2, 0.002, true), (1e5, 0.002, false)] {
@@ -386,9 +391,9 @@ fn incomplete_factors_of_joined_bodies_on_1_2_4_8_ranks() {
         for (ranks, petsc) in [(1, &[][..]), (2, &[]), (4, &PIECEWISE), (8, &[])] {
             let found = scene.solved("filtered_ilu", ranks, petsc).without_help();
             let most = match (ranks > 2, kappa > 1e2) {
-                (false, _) => 20.0,
-                (true, false) => 30.0,
-                (true, true) => 45.0,
+                (false, _) => 17.0,
+                (true, false) => 24.0,
+                (true, true) => 30.0,
             };
             assert!(found.most() <= most, "{kappa}, {ranks} ranks: {} iterations", found.most());
             let apart = found.apart(&expected);
@@ -413,7 +418,7 @@ fn multigrid_follows_incomplete_factors_on_1_2_ranks() {
 }
 
 /// In statics and with long steps, in slip and without support, the coarse space keeps the iterations
-/// of incomplete factors few. `gmres_asm_ilu` takes 38 with 16 cells, and more the finer the mesh.
+/// of incomplete factors few: 13 to 24.
 #[test]
 fn coarse_space_keeps_iterations_few_on_1_2_4_ranks() {
     let slipping = "displacement: { x: '0.02 * t', y: 0, z: '-0.005 * t' }";
@@ -421,15 +426,15 @@ fn coarse_space_keeps_iterations_few_on_1_2_4_ranks() {
     let scenes = [
         COARSE,
         Scene { cells: 16, ..COARSE },
-        Scene { press: slipping, ..COARSE },
-        Scene { press: loose, ..COARSE },
-        Scene { cfl: Some(50.0), ..COARSE },
+        Scene { press: slipping, cells: 16, ..COARSE },
+        Scene { press: loose, cells: 16, ..COARSE },
+        Scene { cfl: Some(50.0), cells: 16, ..COARSE },
     ];
     for scene in scenes {
         let expected = scene.solved("filtered_amg", 1, &[]);
         for ranks in [1, 2, 4] {
             let found = scene.solved("filtered_ilu", ranks, &[]).without_help();
-            assert!(found.most() <= 23.0, "{ranks} ranks: {} iterations", found.most());
+            assert!(found.most() <= 27.0, "{ranks} ranks: {} iterations", found.most());
             let apart = found.apart(&expected);
             assert!(apart < 1e-5, "{ranks} ranks: {apart:.1e}");
         }

@@ -5,7 +5,6 @@ use std::rc::Rc;
 use super::augmentation;
 use super::contact::LocalContact;
 use super::patches::solid_terms;
-use super::pattern::pattern_of_elements;
 use super::scatter::ForceSink;
 use super::soundness::unsound_force;
 use super::stages::{self, MatrixTarget};
@@ -256,7 +255,7 @@ impl<const D: usize> MultigridHints for ContactSystem<D> {
         let local = &self.bodies.local;
         let mut coordinates = vec![0.0; local.index.owned * D];
         coordinates.iter_mut().zip(local.mesh.points.iter().flatten()).for_each(|(to, from)| *to = *from);
-        Some(BodyNodes { pattern: pattern_of_elements(local), coordinates })
+        Some(BodyNodes { pattern: Rc::clone(&self.bodies.pattern), coordinates })
     }
 
     fn floating_nodes(&self) -> Vec<bool> {

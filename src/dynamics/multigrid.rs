@@ -1,5 +1,7 @@
 //! What preconditioners may know of bodies and contact beside the matrix.
 
+use std::rc::Rc;
+
 use super::{Resumption, Stage};
 use crate::error::Result;
 use crate::petsc::{BlockPattern, Matrix, Vector};
@@ -18,7 +20,7 @@ pub enum Sides {
 #[derive(Debug, Clone)]
 pub struct BodyNodes {
     /// The blocks that elements, patches and ties couple, without contact.
-    pub pattern: BlockPattern,
+    pub pattern: Rc<BlockPattern>,
     /// Coordinates before the deformation, as many of each node as its block has rows.
     pub coordinates: Vec<f64>,
 }

@@ -69,7 +69,9 @@ mod tests {
     #[test]
     fn groups_stay_within_components() {
         let lengths = [40, 25, 1];
-        let (mut offsets, mut neighbours, mut first) = (vec![0], vec![], 0);
+        let mut offsets = vec![0];
+        let mut neighbours = vec![];
+        let mut first = 0;
         for length in lengths {
             for vertex in first..first + length {
                 let range = first..first + length;

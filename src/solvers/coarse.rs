@@ -50,10 +50,11 @@ pub(super) struct CoarseSpace {
 impl CoarseSpace {
     /// Prefix of PETSc's options for the coarse solver.
     const PREFIX: &str = "coarse_";
-    const OPTIONS: [(&str, &str); 4] = [
+    const OPTIONS: [(&str, &str); 5] = [
         ("ksp_type", "preonly"),
         ("pc_type", "lu"),
         ("pc_factor_mat_solver_type", "mumps"),
+        ("mat_mumps_icntl_7", "5"),
         ("mat_mumps_icntl_14", "50"),
     ];
     /// Nodes of an aggregate. With 60, two boxes of 27 753 and 89 328 unknowns take 0.81 to 0.85 times the
@@ -70,19 +71,25 @@ impl CoarseSpace {
     /// extent in every direction all are. The value only has to be above rounding.
     const INDEPENDENT: f64 = 1e-3;
 
-    /// Builds the space for matrices with this pattern. It is `None` if no rank has an aggregate.
-    /// Collective.
+    /// Builds the space for matrices with this pattern. It is `None` if no rank has an aggregate or a
+    /// node has a single unknown. Collective.
     ///
     /// # Errors
     /// If memory is insufficient.
     pub fn new(session: &Rc<Session>, pattern: &BlockPattern, nodes: &BodyNodes) -> Result<Option<Self>> {
         let size = pattern.block_size;
+        if size < 2 {
+            return Ok(None);
+        }
+        let set_up = Event::register(session, "SolverSetUp")?;
+        let _running = set_up.begin();
         let modes = if size == 3 { 6 } else { 3 };
         let (groups, count) = agree(session.world(), group(&nodes.pattern, Self::NODES, Self::LEAST))?;
         let mut through = 0u32;
         session.world().reduce_up_to(&(count as u32), &mut through, SystemOperation::sum());
         let first = through - count as u32;
-        let (mut total, mut all) = (0, 0u32);
+        let mut total = 0;
+        let mut all = 0u32;
         session.world().reduce_all(&(pattern.rows() as i32), &mut total, SystemOperation::sum());
         session.world().reduce_all(&(count as u32), &mut all, SystemOperation::sum());
         if all == 0 {
@@ -164,6 +171,10 @@ impl CoarseSpace {
             for node in 0..owned {
                 let mut held = [true; 3];
                 for slot in pattern.row(node) {
+                    // A few blocks show that a node is free.
+                    if !held[..size].contains(&true) {
+                        break;
+                    }
                     values.block(slot as u32, &mut block);
                     let is_diagonal = pattern.columns[slot] == pattern.first_row + node as i32;
                     for i in 0..size {
@@ -180,8 +191,9 @@ impl CoarseSpace {
         // Gram-Schmidt, for all aggregates at once. `products` holds those of one motion with all.
         let count = self.rhs.owned_len() / modes;
         let mut products = vec![0.0; count * modes];
+        let mut sizes = vec![0.0; count];
+        let mut lengths = vec![0.0; count];
         for mode in 0..modes {
-            let mut sizes = vec![0.0; count];
             for pass in 0..2 {
                 products.fill(0.0);
                 each(aggregate, *first, basis_of_owned, width, |aggregate, motions| {
@@ -202,7 +214,7 @@ impl CoarseSpace {
                     }
                 });
             }
-            let mut lengths = vec![0.0; count];
+            lengths.fill(0.0);
             each(aggregate, *first, basis_of_owned, width, |aggregate, motions| {
                 let square = |motion: &[f64]| motion[mode] * motion[mode];
                 lengths[aggregate] += motions.chunks_exact(modes).map(square).sum::<f64>();

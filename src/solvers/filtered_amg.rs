@@ -38,7 +38,7 @@ use super::own::{CustomPreconditioner, Origin, source_of, stored};
 use super::zone::{Zone, ZoneState};
 use crate::dynamics::{ContactCounts, MatrixSource, MultigridHints, Sources, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Event, Format, KrylovSolver, Matrix, Operator, Reuse, SharedOperator, Vector};
+use crate::petsc::{Event, Format, KrylovSolver, Matrix, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
 
 /// The bodies with joints in place of contact, and their multigrid.
@@ -303,13 +303,12 @@ impl CustomPreconditioner for FilteredAmg {
     fn apply(&mut self, r: &Vector, z: &mut Vector) -> Result<()> {
         let Self { bulk, zone, operator, residual, correction } = self;
         let operator = operator.as_ref().ok_or_else(|| Error::internal("multigrid without operator"))?;
-        z.set(0.0);
-        residual.aypx(0.0, r)?;
         let mut well = true;
         if zone.is_there() {
-            well &= zone.correct(residual, z)?;
-            operator.multiply(z, residual)?;
-            residual.aypx(-1.0, r)?;
+            well &= zone.begin(operator, r, z, residual)?;
+        } else {
+            z.set(0.0);
+            residual.aypx(0.0, r)?;
         }
         let Bulk { krylov, cycle, .. } = bulk;
         well &= cycle.time(|| krylov.solve(residual, correction))?.converged();

@@ -103,8 +103,9 @@ impl FilteredIlu {
         Ok(*self.floats.insert(any > 0))
     }
 
-    /// Assembles the matrix of the joined bodies. Collective.
-    fn join(&mut self, system: &mut dyn MultigridHints, stage: &Stage) -> Result<()> {
+    /// Observes W and assembles the matrix of the joined bodies. Collective.
+    fn renew(&mut self, system: &mut dyn MultigridHints, stage: &Stage) -> Result<()> {
+        self.zone.observe(system);
         if !self.begin(system)? {
             return system.joined_bodies_into(stage, &mut self.joined);
         }
@@ -121,9 +122,8 @@ impl CustomPreconditioner for FilteredIlu {
 
     fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()> {
         if reuse == Reuse::Renew {
+            self.renew(system, stage)?;
             self.made_for = Some(system.source_at(stage, Terms::BODIES));
-            self.zone.observe(system);
-            self.join(system, stage)?;
         }
         Ok(())
     }
@@ -143,13 +143,12 @@ impl CustomPreconditioner for FilteredIlu {
     fn apply(&mut self, r: &Vector, z: &mut Vector) -> Result<()> {
         let Self { joined, subdomain, coarse, zone, operator, residual, correction, further, .. } = self;
         let mut well = true;
-        z.set(0.0);
-        residual.aypx(0.0, r)?;
         if zone.has_one_side() {
             let operator = operator.as_ref().ok_or_else(|| Error::internal("factors without a matrix"))?;
-            well &= zone.correct(r, z)?;
-            operator.multiply(z, residual)?;
-            residual.aypx(-1.0, r)?;
+            well &= zone.begin(operator, r, z, residual)?;
+        } else {
+            z.set(0.0);
+            residual.aypx(0.0, r)?;
         }
         if let Some(coarse) = coarse {
             well &= coarse.solve(residual, correction)?;
@@ -177,8 +176,10 @@ impl CustomPreconditioner for FilteredIlu {
     fn resume(&mut self, state: &Value, sources: &Sources, system: &mut dyn MultigridHints) -> Result<()> {
         let FilteredIluState { made_for } = stored(state)?;
         if let Some(number) = made_for {
-            let stage = system.assemble_again(source_of(sources, number)?)?;
-            self.assemble(system, &stage, Reuse::Renew)?;
+            let source = source_of(sources, number)?;
+            let stage = system.assemble_again(source)?;
+            self.renew(system, &stage)?;
+            self.made_for = Some(Rc::clone(source));
         }
         Ok(())
     }

@@ -39,7 +39,9 @@ pub(super) fn hold_floating(
     let floats = system.floating_nodes();
     let mut diagonal = inertia.like()?;
     matrix.diagonal(&mut diagonal)?;
-    let (diagonal, inertia, size) = (diagonal.owned(), inertia.owned(), matrix.block_size());
+    let diagonal = diagonal.owned();
+    let inertia = inertia.owned();
+    let size = matrix.block_size();
     matrix.fill(|values| {
         for dof in (0..diagonal.len()).filter(|dof| floats[dof / size]) {
             values.add_diagonal(dof, (SHIFT * diagonal[dof] - inertia[dof]).max(0.0));

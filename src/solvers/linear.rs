@@ -120,6 +120,7 @@ impl LinearSolver {
     const WORTHWHILE: usize = 200;
     /// Number of iterations after which a preset counts as failed if `filtered_ilu` is next, or is in use
     /// and multigrid is next.
+    ///
     /// A set-up and a solve with `filtered_ilu` take as long as 30 to 80 iterations of `gmres_asm_ilu` on
     /// two boxes of 27 753 unknowns or more. With half of this number, boxes of 89 328 unknowns would
     /// take 1.3 times as long at CFL 50 and 0.9 times in statics. With twice the number a change takes

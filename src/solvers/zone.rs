@@ -20,7 +20,9 @@ use super::zone_rows::ZoneRows;
 use crate::collective::Collective;
 use crate::dynamics::{MatrixSource, MultigridHints, Sides, Sources};
 use crate::error::Result;
-use crate::petsc::{Event, KrylovSolver, Matrix, Reason, Session, SubMatrix, Vector};
+use crate::petsc::{
+    Event, KrylovSolver, Matrix, Operator, Reason, Session, SharedOperator, SubMatrix, Vector,
+};
 
 /// W of the filtered preconditioners.
 pub(super) struct Zone {
@@ -213,11 +215,30 @@ impl Zone {
     ///
     /// # Errors
     /// If a PETSc call fails.
-    pub fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
+    fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
         let Some(solver) = &mut self.solver else { return Ok(true) };
         let _running = self.correction.begin();
         solver.part.restrict(r, &mut solver.rhs);
         self.solve(z)
+    }
+
+    /// Computes `z = P (P^T K P)^-1 P^T r` and `residual = r - K z` with the full operator `K`. Returns
+    /// whether this was possible. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    pub fn begin(
+        &mut self,
+        operator: &SharedOperator,
+        r: &Vector,
+        z: &mut Vector,
+        residual: &mut Vector,
+    ) -> Result<bool> {
+        z.set(0.0);
+        let well = self.correct(r, z)?;
+        operator.multiply(z, residual)?;
+        residual.aypx(-1.0, r)?;
+        Ok(well)
     }
 
     /// Computes `z += P (P^T K P)^-1 P^T (r - K z)` with the rows of `K` on W alone, on several ranks to
