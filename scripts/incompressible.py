@@ -159,7 +159,7 @@ def solvers(folder):
     ]:
         for cells in sizes:
             for ratio in (0.45, 0.49, 0.495, 0.499):
-                for solver in ("auto", "gmres_asm_ilu", "filtered_amg", "direct"):
+                for solver in ("auto", "gmres_asm_ilu", "filtered_ilu", "direct"):
                     _, seconds = run(
                         f"""dimension: 3
 bodies:

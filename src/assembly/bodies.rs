@@ -132,6 +132,10 @@ pub struct Bodies<const D: usize> {
     pub(super) mass: Option<MassMatrix>,
     /// Damping matrix; `None` without inertia or without damping.
     pub(super) damping: Option<DampingMatrix>,
+    /// The same for joined bodies, if it differs.
+    pub(super) joined_damping: Option<DampingMatrix>,
+    /// Whether it differs: damped bodies are nearly incompressible.
+    softens_damping: bool,
     pub(super) redistribution: Option<Redistribution>,
     pub(super) inertia: bool,
     damped: bool,
@@ -170,6 +174,10 @@ impl<const D: usize> Bodies<D> {
         let held = &supports.dofs.held;
         let materials = ElementMaterials::new(&model.bodies, &local.mesh);
         let physics = physics(model);
+        let softens_damping = physics.iter().flatten().any(|material| {
+            let is_damped = material.damping.is_some_and(|rayleigh| rayleigh.stiffness > 0.0);
+            is_damped && material.formulation.is_softened()
+        });
         let solids = agree(world, solids(&local, &physics, materials.indices(), &pattern, held))?;
         let patches = agree(world, patches(&local, &physics, &pattern, held))?;
         let elastic = ElasticSupports::new(
@@ -199,6 +207,8 @@ impl<const D: usize> Bodies<D> {
             ties,
             mass: None,
             damping: None,
+            joined_damping: None,
+            softens_damping,
             free: free_rigid,
             redistribution,
             inertia,
@@ -236,14 +246,13 @@ impl<const D: usize> Bodies<D> {
             self.mass = Some(MassMatrix::new(&self.session, pattern, &masses, &supported, redistribution)?);
         }
         if self.damped {
-            self.damping = Some(DampingMatrix::new(
-                &self.session,
-                pattern,
-                &self.solids,
-                &self.patches,
-                &supported,
-                redistribution,
-            )?);
+            let matrix = |softened| {
+                let (session, solids, patches) = (&self.session, &self.solids, &self.patches);
+                DampingMatrix::new(session, pattern, solids, patches, &supported, redistribution, softened)
+            };
+            let joined = if self.softens_damping { Some(matrix(true)?) } else { None };
+            self.damping = Some(matrix(false)?);
+            self.joined_damping = joined;
         }
         Ok(())
     }

@@ -24,7 +24,7 @@ pub(super) struct DampingMatrix {
 }
 
 impl DampingMatrix {
-    /// Assembles the damping of all solids. Collective.
+    /// Assembles the damping of all solids, `softened` as in [`SolidFields`]. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails, or an element is inverted in the mesh. All ranks return the same
@@ -36,11 +36,17 @@ impl DampingMatrix {
         patches: &[SolidPatches<D>],
         supported: &Supported<D>,
         redistribution: Option<&Redistribution>,
+        softened: bool,
     ) -> Result<Self> {
         let mut matrix = Matrix::new(session, pattern, Format::Baij)?;
         let at_rest = vec![0.0; supported.held.len()];
-        let undeformed =
-            SolidFields { u: &at_rest, start: None, linearised_at: None, viscous: ViscousState::Relaxed };
+        let undeformed = SolidFields {
+            u: &at_rest,
+            start: None,
+            linearised_at: None,
+            viscous: ViscousState::Relaxed,
+            softened,
+        };
         let filled = matrix.fill(|values| {
             values.zero();
             for solid in solids {

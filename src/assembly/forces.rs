@@ -22,6 +22,8 @@ pub struct SolidFields<'a> {
     pub linearised_at: Option<&'a [f64]>,
     /// Stress of Prony series to include.
     pub viscous: ViscousState,
+    /// Whether nearly incompressible bodies have the bulk modulus of joined bodies.
+    pub softened: bool,
 }
 
 impl<'a> SolidFields<'a> {
@@ -32,6 +34,7 @@ impl<'a> SolidFields<'a> {
             start: (stage.over_step == OverStep::Middle).then_some(start),
             linearised_at: None,
             viscous: ViscousState::Present,
+            softened: false,
         }
     }
 }
@@ -99,11 +102,12 @@ impl<const D: usize> SolidTerms<D> for SolidElements<D> {
         request: Request,
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted> {
+        let group = self.softened.as_ref().filter(|_| at.softened).unwrap_or(&self.group);
         match at.start {
-            Some(start) => self.group.evaluate_step(start, at.u, request, sink),
+            Some(start) => group.evaluate_step(start, at.u, request, sink),
             None => {
                 let viscous = self.viscous.as_ref().and_then(|viscous| viscous.overstress(at.viscous));
-                self.group.evaluate_viscous(at.u, viscous, request, sink)
+                group.evaluate_viscous(at.u, viscous, request, sink)
             }
         }
     }

@@ -17,6 +17,8 @@ use crate::space::Held;
 pub struct SolidPatches<const D: usize> {
     /// The kernel.
     group: PatchGroup<D>,
+    /// The kernel for joined bodies, as in [`SolidElements`].
+    softened: Option<PatchGroup<D>>,
     /// Positions of its entries.
     pub map: ScatterMap,
     damping: Option<RayleighFactors>,
@@ -47,7 +49,14 @@ pub fn patches<const D: usize>(
         let map = ScatterMap::new::<D>(width, group.nodes().to_vec(), pattern, &local.index, held);
         let owns = |element: u32| element != ElementPatch::ELSEWHERE && local.mine[element as usize];
         let counted = (0..group.len()).map(|patch| owns(group.elements(patch)[0])).collect();
-        Ok(SolidPatches { group, map, damping: physics.damping, body: usize::from(body), counted })
+        Ok(SolidPatches {
+            softened: group.softened(),
+            group,
+            map,
+            damping: physics.damping,
+            body: usize::from(body),
+            counted,
+        })
     };
     groups.into_iter().map(of_group).collect()
 }
@@ -75,9 +84,10 @@ impl<const D: usize> SolidTerms<D> for SolidPatches<D> {
         request: Request,
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted> {
+        let group = self.softened.as_ref().filter(|_| at.softened).unwrap_or(&self.group);
         match at.start {
-            Some(start) => self.group.evaluate_step(start, at.u, request, sink),
-            None => self.group.evaluate(at.u, request, sink),
+            Some(start) => group.evaluate_step(start, at.u, request, sink),
+            None => group.evaluate(at.u, request, sink),
         }
         Ok(())
     }

@@ -30,6 +30,9 @@ pub enum MassKind {
 pub struct SolidElements<const D: usize> {
     /// The kernel.
     pub group: ElementGroup<D>,
+    /// The kernel for [joined bodies](super::stages::MatrixTarget::Joined) that are nearly incompressible;
+    /// `None` if it is the same.
+    pub softened: Option<ElementGroup<D>>,
     /// Positions of its entries.
     pub map: ScatterMap,
     /// Distribution of its mass.
@@ -80,6 +83,7 @@ pub fn solids<const D: usize>(
         let physics = &bodies[usize::from(body)][material as usize];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;
         solids.push(SolidElements {
+            softened: group.softened(),
             group,
             map,
             mass: physics.mass,

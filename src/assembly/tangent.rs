@@ -89,6 +89,10 @@ impl<const D: usize> ContactSystem<D> {
                 true => Ok(()),
                 false => free.add_stiffness(stage, terms, load_factor, pattern, values),
             };
+            let damping = damping.map(|damping| match &self.bodies.joined_damping {
+                Some(softened) if joined => softened,
+                _ => damping,
+            });
             let of_bodies = damping.map_or(Ok(()), |damping| damping.add_to(shifts.velocity, held, values));
             if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
                 // The mass alone is singular at nodes without mass.
@@ -111,7 +115,11 @@ impl<const D: usize> ContactSystem<D> {
             let mut bodies = |values: &mut BlockValues, mut lift: Option<LiftTarget>| {
                 let _running = phases.tangent.begin();
                 for solid in solid_terms(solids, patches) {
-                    let at = SolidFields { linearised_at, ..SolidFields::of(stage, &u, &u_start) };
+                    let at = SolidFields {
+                        linearised_at,
+                        softened: joined,
+                        ..SolidFields::of(stage, &u, &u_start)
+                    };
                     let lift = lift.as_mut().map(LiftTarget::reborrow);
                     let done = solid.add_stiffness(&at, terms, held, values, lift);
                     inverted = inverted.and(done);

@@ -1,5 +1,7 @@
 //! Groups of elements of one kind and one material, stored in lanes.
 
+use std::rc::Rc;
+
 use super::kinematics::{DilatationSpace, VolumeRule};
 use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
@@ -24,6 +26,30 @@ pub struct Formulation {
 }
 
 impl Formulation {
+    /// Largest Poisson's ratio of [`softened`](Self::softened) formulations. ILU(0) of elements with more
+    /// fails: from 0.48 on for two boxes of hex8 with a ratio of 0.499. With 0.40 they take 1.35 times the
+    /// iterations of `filtered_ilu` at a ratio of 0.49 (docs/performance/large-problems.md).
+    pub const SOFTENED: f64 = 0.47;
+
+    /// Whether the [softened](ElementGroup::softened) formulation is another one: that of Poisson's ratios above
+    /// [`SOFTENED`](Self::SOFTENED), except under plane stress, where the thickness is free.
+    pub fn is_softened(&self) -> bool {
+        self.moduli().poisson_ratio() > Self::SOFTENED && self.plane != PlaneState::Stress
+    }
+
+    /// The formulation with the bulk modulus that belongs to a Poisson's ratio of [`SOFTENED`](Self::SOFTENED),
+    /// for elements of `kind`, whose treatment of locking stays. `None` if the ratio is no larger.
+    pub(super) fn softened(&self, kind: Option<ElementKind>) -> Option<Self> {
+        if !self.is_softened() {
+            return None;
+        }
+        let moduli = self.moduli();
+        let lambda = 2.0 * moduli.mu * Self::SOFTENED / (1.0 - 2.0 * Self::SOFTENED);
+        let bulk = Moduli { lambda, ..moduli }.bulk();
+        let locking = kind.map_or(self.locking, |kind| self.cure(kind));
+        Some(Self { material: self.material.with_bulk_modulus(bulk), locking, ..*self })
+    }
+
     /// Moduli at small strain.
     pub fn moduli(&self) -> Moduli<f64> {
         self.material.moduli()
@@ -114,16 +140,16 @@ impl Pass {
 
 /// Elements of one kind and one formulation. Their connectivity and reference positions are stored
 /// in lanes of [`WIDTH`].
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct ElementGroup<const D: usize> {
     pub(super) kind: ElementKind,
     pub(super) formulation: Formulation,
-    pub(super) elements: Vec<u32>,
+    pub(super) elements: Rc<[u32]>,
     /// `[batch * N + a]`, one node per lane. The last batch is padded with copies of the last
     /// element.
-    pub(super) nodes: Vec<[u32; WIDTH]>,
+    pub(super) nodes: Rc<[[u32; WIDTH]]>,
     /// Reference positions `[batch * N + a][i][lane]` \[m\].
-    pub(super) points: Vec<[[f64; WIDTH]; D]>,
+    pub(super) points: Rc<[[[f64; WIDTH]; D]]>,
     /// The first pass uses the full rule. A second pass integrates the volume terms if locking is
     /// treated within each element; those of patches belong to a [`PatchGroup`](super::PatchGroup).
     pub(super) passes: Vec<Pass>,
@@ -169,6 +195,7 @@ impl<const D: usize> ElementGroup<D> {
             std::array::from_fn(|i| std::array::from_fn(|lane| mesh.points[node[lane] as usize][i]))
         };
         let points = nodes.iter().map(place).collect();
+        let (elements, nodes) = (elements.into(), nodes.into());
         let group = Self { kind, formulation, elements, nodes, points, passes };
         group.check_geometry()?;
         Ok(group)
@@ -179,6 +206,14 @@ impl<const D: usize> ElementGroup<D> {
     #[must_use]
     pub fn with_dilatation_in(self, space: DilatationSpace) -> Self {
         Self { passes: passes(self.kind, VolumeRule::Projected(space)), ..self }
+    }
+
+    /// The same elements with a smaller bulk modulus, for matrices that are factorised incompletely: see
+    /// [`Formulation::SOFTENED`]. `None` if that of the material is no larger.
+    #[must_use]
+    pub fn softened(&self) -> Option<Self> {
+        let formulation = self.formulation.softened(Some(self.kind))?;
+        Some(Self { formulation, ..self.clone() })
     }
 
     /// Kind of the elements.

@@ -21,7 +21,7 @@ use crate::terms::Terms;
 const RADIAL: usize = 0;
 
 /// Patches of one material with equal numbers of nodes.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct PatchGroup<const D: usize> {
     formulation: Formulation,
     law: VolumeLaw,
@@ -69,6 +69,13 @@ impl<const D: usize> PatchGroup<D> {
             group.push(mesh, &mesh.patches[number as usize])?;
         }
         Ok(group)
+    }
+
+    /// The same patches with a smaller bulk modulus, as [`ElementGroup::softened`](super::ElementGroup::softened).
+    #[must_use]
+    pub fn softened(&self) -> Option<Self> {
+        let formulation = self.formulation.softened(None)?;
+        Some(Self { formulation, law: formulation.volume_law(), ..self.clone() })
     }
 
     /// Nodes of a patch, each once, in the order of their first occurrence.

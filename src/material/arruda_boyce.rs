@@ -105,6 +105,10 @@ impl Parameters for ArrudaBoyce {
         Coefficients { powers: powers(self.lambda_m.value).map(|power| mu * power), bulk }
     }
 
+    fn with_bulk_modulus(&self, bulk: f64) -> Self {
+        Self { bulk_modulus: Some(Pressure::new(bulk)), poisson_ratio: None, ..*self }
+    }
+
     fn from_moduli(moduli: Moduli<f64>) -> Self {
         let lambda_m = 3.0;
         Self {

@@ -84,6 +84,10 @@ impl Parameters for Gent {
         Coefficients { factor: -0.5 * self.mu.value * limit, inverse_limit: -1.0 / limit, bulk }
     }
 
+    fn with_bulk_modulus(&self, bulk: f64) -> Self {
+        Self { bulk_modulus: Some(Pressure::new(bulk)), poisson_ratio: None, ..*self }
+    }
+
     fn from_moduli(moduli: Moduli<f64>) -> Self {
         let bulk_modulus = Some(Pressure::new(moduli.bulk()));
         Self { mu: Pressure::new(moduli.mu), j_m: Number::new(20.0), bulk_modulus, poisson_ratio: None }

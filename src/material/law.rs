@@ -22,6 +22,9 @@ pub trait Parameters: Potential + Copy + 'static {
     /// [`Part::Whole`], and at small strain each is that of Hooke's law with [`Moduli::part`].
     fn constants(&self, part: Part) -> Self::Constants;
 
+    /// The law with this bulk modulus at small strain \[Pa\]. The energy of [`Part::Shear`] stays.
+    fn with_bulk_modulus(&self, bulk: f64) -> Self;
+
     /// A law of this kind with these moduli at small strain, for comparisons between laws.
     fn from_moduli(moduli: Moduli<f64>) -> Self;
 

@@ -91,6 +91,13 @@ macro_rules! materials {
                 }
             }
 
+            /// The law with this bulk modulus at small strain \[Pa\], and the same energy of [`Part::Shear`].
+            pub fn with_bulk_modulus(&self, bulk: f64) -> Self {
+                match self {
+                    $(Self::$law(law) => Self::$law(law.with_bulk_modulus(bulk)),)+
+                }
+            }
+
             /// Form of the volumetric energy.
             pub fn volumetric(&self) -> Volumetric {
                 match self {

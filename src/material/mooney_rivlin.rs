@@ -78,6 +78,10 @@ impl Parameters for MooneyRivlin {
         Coefficients { c10, c01, bulk: moduli.bulk() }
     }
 
+    fn with_bulk_modulus(&self, bulk: f64) -> Self {
+        Self { bulk_modulus: Some(Pressure::new(bulk)), poisson_ratio: None, ..*self }
+    }
+
     fn from_moduli(moduli: Moduli<f64>) -> Self {
         let coefficient = Pressure::new(0.25 * moduli.mu);
         let bulk_modulus = Some(Pressure::new(moduli.bulk()));

@@ -124,6 +124,10 @@ impl Parameters for Ogden {
         Coefficients { terms, bulk }
     }
 
+    fn with_bulk_modulus(&self, bulk: f64) -> Self {
+        Self { bulk_modulus: Some(Pressure::new(bulk)), poisson_ratio: None, ..*self }
+    }
+
     fn from_moduli(moduli: Moduli<f64>) -> Self {
         // The exponents of Ogden's fit (1972) to Treloar's data.
         let term = |share: f64, alpha: f64| OgdenTerm {

@@ -40,6 +40,10 @@ impl Parameters for SaintVenantKirchhoff {
         self.moduli().part(part)
     }
 
+    fn with_bulk_modulus(&self, bulk: f64) -> Self {
+        Self::from_moduli(Moduli::of_shear_and_bulk(self.moduli().mu, bulk))
+    }
+
     fn from_moduli(moduli: Moduli<f64>) -> Self {
         Self {
             young_modulus: Pressure::new(moduli.young_modulus()),

@@ -73,6 +73,10 @@ impl Parameters for Yeoh {
         Coefficients { powers, bulk }
     }
 
+    fn with_bulk_modulus(&self, bulk: f64) -> Self {
+        Self { bulk_modulus: Some(Pressure::new(bulk)), poisson_ratio: None, ..*self }
+    }
+
     fn from_moduli(moduli: Moduli<f64>) -> Self {
         let [c1, c2, c3] = [0.5, -0.02, 0.005].map(|factor| Pressure::new(factor * moduli.mu));
         Self { c1, c2, c3, bulk_modulus: Some(Pressure::new(moduli.bulk())), poisson_ratio: None }

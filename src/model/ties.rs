@@ -32,8 +32,8 @@ pub struct TieModel {
 /// Default stiffness of a tie, in units of Young's modulus of the softer side over the size of a
 /// facet. The bond then adds a hundredth of the elongation of one element. The stresses of a patch
 /// test do not depend on it. For five steps of a tied cube of 16 cells a side (`scripts/tied-cube`),
-/// `cg_filtered_amg` takes 187 iterations with a tenth of the stiffness, and 190 with this one and with
-/// ten times as much. `cg_icc` takes 219, 3863 and more than 500 in one solve, which ends it.
+/// `filtered_ilu` takes 167 iterations with a tenth of the stiffness, and 171 with this one and with
+/// ten times as much. `cg_icc` takes 219, 3860 and more than 500 in one solve, which ends it.
 const STIFFNESS: f64 = 100.0;
 
 /// Default stiffness of periodic sides, in the same units. A cell of `n` facets then deforms by a

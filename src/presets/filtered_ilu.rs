@@ -6,8 +6,8 @@
 use super::{BOTH, GMRES, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
-    about: "GMRES with ILU(0), a coarse space and a factorisation of the nodes in contact: large problems \
-            with contact between bodies",
+    about: "GMRES with ILU(0), a coarse space and a factorisation of the nodes in contact: large problems, ties, \
+            and nearly incompressible bodies",
     formats: BOTH,
     implementation: Implementation::FilteredIlu,
     // On several ranks the preconditioner iterates, so the method has to be flexible.

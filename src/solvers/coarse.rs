@@ -22,7 +22,7 @@ use crate::partition::{IndexMap, aggregates};
 use crate::petsc::{BlockPattern, Event, Format, KrylovSolver, Matrix, Session, Vector};
 
 /// The coarse space of matrices with one pattern, and the projection of one of them.
-pub(super) struct CoarseSpace {
+pub struct CoarseSpace {
     session: Rc<Session>,
     /// Unknowns of a node, 2 or 3.
     size: usize,
@@ -57,11 +57,14 @@ impl CoarseSpace {
         ("mat_mumps_icntl_7", "5"),
         ("mat_mumps_icntl_14", "50"),
     ];
-    /// Nodes of an aggregate. With 60, two boxes of 27 753 and 89 328 unknowns take 0.81 to 0.85 times the
-    /// iterations and 0.93 times the time at CFL 50. With 600 they take 1.15 to 1.19 times the
-    /// iterations. The coarse matrix has 1 % of the unknowns, with 60 nodes 3.3 %
-    /// (docs/performance/large-problems.md).
-    const NODES: usize = 200;
+    /// Nodes of an aggregate in 2D and in 3D.
+    ///
+    /// In 3D with 60, two boxes of 27 753 and 89 328 unknowns take 0.81 to 0.85 times the iterations and
+    /// 0.93 times the time at CFL 50. With 600 they take 1.15 to 1.19 times the iterations. The coarse
+    /// matrix has 1 % of the unknowns, with 60 nodes 3.3 %. In 2D, boxes of 502 002 unknowns in statics
+    /// take 1.23 times the iterations with 200, and 0.86 times with 60. Set-up and solve take 0.94 and
+    /// 1.15 times as long (docs/performance/large-problems.md).
+    const NODES: [usize; 2] = [100, 200];
     /// Smallest component of the mesh that gets aggregates: one element of hex8. The node of a free rigid
     /// body gets none.
     const LEAST: usize = 8;
@@ -83,8 +86,8 @@ impl CoarseSpace {
         }
         let set_up = Event::register(session, "SolverSetUp")?;
         let _running = set_up.begin();
-        let modes = if size == 3 { 6 } else { 3 };
-        let (groups, count) = agree(session.world(), group(&nodes.pattern, Self::NODES, Self::LEAST))?;
+        let (modes, wanted) = if size == 3 { (6, Self::NODES[1]) } else { (3, Self::NODES[0]) };
+        let (groups, count) = agree(session.world(), group(&nodes.pattern, wanted, Self::LEAST))?;
         let mut through = 0u32;
         session.world().reduce_up_to(&(count as u32), &mut through, SystemOperation::sum());
         let first = through - count as u32;

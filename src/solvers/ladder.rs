@@ -44,55 +44,37 @@ pub struct Problem {
     pub joins_bodies: bool,
     /// Whether it includes tied surfaces. Incomplete factors do not converge on their stiffness.
     pub tied: bool,
-    /// Whether a body has a Poisson's ratio of [`STIFF`](Self::STIFF) or more.
+    /// Whether a body has a Poisson's ratio above [`Formulation::SOFTENED`](crate::element::Formulation::SOFTENED).
+    /// Incomplete factors of its matrix fail.
     pub nearly_incompressible: bool,
     /// Format of the matrix; `None` if it is still to be chosen.
     pub format: Option<Format>,
 }
 
 impl Problem {
-    /// Poisson's ratio from which on a factorisation takes less time than multigrid, although it is larger than
-    /// `most_for_factors` allows otherwise.
-    ///
-    /// A block of hex8 pressed on a plane and dragged, 24 375 unknowns, took 5.3 s with `filtered_amg` and 6.0 s
-    /// with MUMPS at 0.49, 6.4 and 6.2 s at 0.495, and 11.9 and 6.7 s at 0.499
-    /// (docs/performance/large-problems.md). Incomplete factors failed at each of them.
-    pub const STIFF: f64 = 0.495;
-
     /// Whether the problem is small enough to use a factorisation first.
     ///
-    /// In 3D statics a factorisation of fewer unknowns takes no longer than the 200 iterations
-    /// after which incomplete factors count as failed: with MUMPS a cube on a plane took 21 ms for
-    /// 2187 unknowns, 39 ms for 3993 and 340 ms for 14 739, and 200 iterations 17, 30 and 140 ms.
+    /// In 3D statics a factorisation of fewer unknowns takes no longer than the iterations after which
+    /// incomplete factors count as failed: with MUMPS a cube on a plane took 21 ms for 2187 unknowns, 39 ms for
+    /// 3993 and 340 ms for 14 739, and 200 iterations 17, 30 and 140 ms.
     fn is_small(&self) -> bool {
         self.unknowns
             < match (self.dimension, self.dynamic) {
                 (_, true) => 600,
                 (2, false) => 500_000,
-                (_, false) if self.nearly_incompressible && !self.tied => self.most_for_factors(),
                 (_, false) => 4_000,
             }
     }
 
-    /// Whether a factorisation follows incomplete factors that fail.
-    pub(super) fn prefers_factors(&self) -> bool {
-        !self.tied && self.unknowns < self.most_for_factors()
-    }
-
-    /// Number of unknowns from which on multigrid takes less time than a factorisation.
+    /// Whether a factorisation takes little enough time to replace a solver that needs many iterations.
     ///
-    /// In 2D a pad of 40 602 unknowns on a plane, in two time steps, took 1.5 s with MUMPS and 1.3 s
-    /// with `filtered_amg`, at a Poisson's ratio of 0.499 21 and 43 s. In 3D two boxes in contact took
-    /// 0.26 s per solve with MUMPS for 10 104 unknowns, with `filtered_amg` 0.37 s, and for 27 753
-    /// unknowns 1.1 s both. The block of [`STIFF`](Self::STIFF) at a ratio of 0.499 took 0.2, 1.1 and
-    /// 11 s for 7803, 24 375 and 78 033 unknowns, with `filtered_amg` 0.9, 2.5 and 8.5 s. (Measured
-    /// with two layers of elements around the contact in `filtered_amg`.)
-    fn most_for_factors(&self) -> usize {
-        match (self.dimension, self.nearly_incompressible) {
-            (2, true) => 500_000,
-            (2, false) | (_, true) => 50_000,
-            (_, false) => 15_000,
-        }
+    /// In 2D it also follows incomplete factors that fail. A pad of 40 602 unknowns on a plane, in two time
+    /// steps, took 1.5 s with MUMPS and 1.3 s with `filtered_amg`. At a Poisson's ratio of 0.49 a block of
+    /// 26 082 unknowns took 0.14 s per solve with MUMPS in statics, 0.18 s at CFL 50 and 0.10 s at CFL 5, with
+    /// `filtered_ilu` 0.58, 0.43 and 0.14 s (docs/performance/large-problems.md).
+    pub(super) fn prefers_factors(&self) -> bool {
+        let most = if self.dimension == 2 && self.nearly_incompressible { 500_000 } else { 50_000 };
+        !self.tied && self.unknowns < most
     }
 
     fn names(&self) -> &'static [&'static str] {
@@ -102,26 +84,19 @@ impl Problem {
             return if symmetric { &["cholesky", "direct"] } else { &["direct"] };
         }
         match (self.dimension, symmetric, self.dynamic) {
-            (_, true, _) if self.tied => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
-            (_, false, _) if self.tied => &["filtered_amg", "gmres_asm_ilu", "direct"],
-            (3, ..) if self.prefers_factors() => &["gmres_asm_ilu", "direct"],
+            _ if self.tied => &["filtered_ilu", "direct"],
+            // Incomplete factors of the matrix itself fail, unless inertia dominates.
+            (3, _, false) if self.nearly_incompressible => &["filtered_ilu", "direct"],
+            (3, ..) => &["gmres_asm_ilu", "filtered_ilu", "direct"],
             (_, true, true) if self.prefers_factors() => &["cg_icc", "cholesky", "direct"],
             (_, false, true) if self.prefers_factors() => &["gmres_asm_ilu", "direct"],
-            // Both multigrid presets take any rows.
-            (3, ..) if self.joins_bodies && self.symmetric => {
-                &["gmres_asm_ilu", "filtered_ilu", "cg_filtered_amg", "direct"]
-            }
-            (3, ..) if self.joins_bodies => &["gmres_asm_ilu", "filtered_ilu", "filtered_amg", "direct"],
-            (3, ..) if self.symmetric => &["gmres_asm_ilu", "cg_filtered_amg", "direct"],
-            (3, ..) => &["gmres_asm_ilu", "filtered_amg", "direct"],
-            (_, true, true) if self.contact => &["cg_icc", "cg_filtered_amg", "cholesky", "direct"],
+            (_, true, true) if self.contact => &["cg_icc", "filtered_ilu", "direct"],
             (_, true, true) => &["cg_icc", "cholesky", "direct"],
-            (_, true, false) if self.contact => &["cg_filtered_amg", "cg_icc", "cholesky", "direct"],
+            (_, _, false) if self.contact => &["filtered_ilu", "direct"],
             (_, true, false) => &["cg_amg", "cg_icc", "cholesky", "direct"],
             // The nodes in contact are those of a line, so their factors take little time.
-            (_, false, true) if self.joins_bodies => &["filtered_ilu", "filtered_amg", "direct"],
-            (_, false, true) if self.contact => &["gmres_asm_ilu", "filtered_amg", "direct"],
-            (_, false, false) if self.contact => &["filtered_amg", "gmres_asm_ilu", "direct"],
+            (_, false, true) if self.joins_bodies => &["filtered_ilu", "direct"],
+            (_, false, true) if self.contact => &["gmres_asm_ilu", "filtered_ilu", "direct"],
             (_, false, _) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
         }
     }
@@ -153,9 +128,8 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
         LinearChoice::Named("direct") => vec!["direct"],
         LinearChoice::TwoStage(_) => vec!["two_stage", "gmres_asm_ilu", "direct"],
         LinearChoice::Named(name @ "filtered_amg") if !problem.symmetric => {
-            vec![name, "gmres_asm_ilu", "direct"]
+            vec![name, "filtered_ilu", "direct"]
         }
-        LinearChoice::Named(name @ "filtered_ilu") => vec![name, "filtered_amg", "direct"],
         LinearChoice::Named(name) => vec![name, "direct"],
     };
     let known = names.iter().filter_map(|name| Preset::named(name));
@@ -233,75 +207,57 @@ mod tests {
         }
     }
 
+    fn names(problem: Problem) -> Vec<&'static str> {
+        ladder(&LinearChoice::Auto, &problem).unwrap().iter().map(|preset| preset.name).collect()
+    }
+
     /// In 3D statics the first solver is a factorisation below 4000 unknowns, else GMRES with
-    /// incomplete factors. A factorisation or the filtered multigrid takes over. The ladder is that
-    /// for the format that a run chooses for it.
+    /// incomplete factors, and filtered ones take over. The ladder is that for the format that a run chooses
+    /// for it.
     #[test]
     fn statics_in_3d_begins_with_incomplete_factors() {
         let solid = Problem { dimension: 3, dynamic: false, ..SCENE };
-        let names = |problem: Problem| -> Vec<&str> {
+        let names = |problem: Problem| {
             let format = Some(storage(&ladder(&LinearChoice::Auto, &problem).unwrap()));
-            let chosen = ladder(&LinearChoice::Auto, &Problem { format, ..problem }).unwrap();
-            chosen.iter().map(|preset| preset.name).collect()
+            names(Problem { format, ..problem })
         };
         assert_eq!(names(Problem { unknowns: 3_999, ..solid }), ["direct"]);
-        for symmetric in [false, true] {
-            assert_eq!(names(Problem { unknowns: 14_999, symmetric, ..solid }), ["gmres_asm_ilu", "direct"]);
-        }
-        for unknowns in [15_000, 5_000_000] {
-            let first = names(Problem { unknowns, ..solid });
-            assert_eq!(first, ["gmres_asm_ilu", "filtered_amg", "direct"]);
-            let symmetric = names(Problem { unknowns, symmetric: true, ..solid });
-            assert_eq!(symmetric, ["gmres_asm_ilu", "cg_filtered_amg", "direct"]);
+        for (unknowns, symmetric) in [(4_000, false), (4_000, true), (5_000_000, false), (5_000_000, true)] {
+            let first = names(Problem { unknowns, symmetric, ..solid });
+            assert_eq!(first, ["gmres_asm_ilu", "filtered_ilu", "direct"]);
         }
     }
 
-    /// A factorisation takes over from incomplete factors in small dynamic problems, and is the first
-    /// solver of nearly incompressible bodies in statics.
+    /// A factorisation takes over from incomplete factors in small plane problems.
     #[test]
-    fn factors_follow_incomplete_factors() {
-        let names = |problem: Problem| -> Vec<&str> {
-            ladder(&LinearChoice::Auto, &problem).unwrap().iter().map(|preset| preset.name).collect()
-        };
+    fn factors_follow_incomplete_factors_in_2d() {
         let plane = Problem { unknowns: 49_999, ..SCENE };
         assert_eq!(names(plane), ["gmres_asm_ilu", "direct"]);
         assert_eq!(names(Problem { symmetric: true, ..plane }), ["cg_icc", "cholesky", "direct"]);
-        assert_eq!(names(SCENE), ["gmres_asm_ilu", "filtered_amg", "direct"]);
-        assert_eq!(names(Problem { nearly_incompressible: true, ..SCENE }), ["gmres_asm_ilu", "direct"]);
-        let solid = Problem { dimension: 3, unknowns: 20_000, ..SCENE };
-        assert_eq!(names(solid), ["gmres_asm_ilu", "filtered_amg", "direct"]);
-        let rubber = Problem { nearly_incompressible: true, ..solid };
-        assert_eq!(names(rubber), ["gmres_asm_ilu", "direct"]);
-        assert_eq!(names(Problem { dynamic: false, ..rubber }), ["direct"]);
-        let large = Problem { unknowns: 50_000, dynamic: false, ..rubber };
-        assert_eq!(names(large), ["gmres_asm_ilu", "filtered_amg", "direct"]);
+        assert_eq!(names(SCENE), ["gmres_asm_ilu", "filtered_ilu", "direct"]);
+        let rubber = Problem { nearly_incompressible: true, ..SCENE };
+        assert_eq!(names(Problem { unknowns: 499_999, ..rubber }), ["gmres_asm_ilu", "direct"]);
+        assert_eq!(
+            names(Problem { dynamic: false, unknowns: 500_000, ..rubber }),
+            ["filtered_ilu", "direct"]
+        );
     }
 
-    /// In large problems between bodies `filtered_ilu` comes before multigrid, in 2D dynamics as the first.
+    /// Filtered factors come first where incomplete factors fail or take longer: in large plane problems between
+    /// bodies, in statics of nearly incompressible bodies, and with tied surfaces.
     #[test]
-    fn filtered_factors_are_for_contact_between_bodies() {
-        let names = |problem: Problem| -> Vec<&str> {
-            ladder(&LinearChoice::Auto, &problem).unwrap().iter().map(|preset| preset.name).collect()
-        };
+    fn filtered_factors_come_first_where_incomplete_ones_fail() {
+        let filtered = ["filtered_ilu", "direct"];
         let plane = Problem { joins_bodies: true, ..SCENE };
-        assert_eq!(names(plane), ["filtered_ilu", "filtered_amg", "direct"]);
+        assert_eq!(names(plane), filtered);
         assert_eq!(names(Problem { unknowns: 49_999, ..plane }), ["gmres_asm_ilu", "direct"]);
         let solid = Problem { dimension: 3, ..plane };
-        assert_eq!(names(solid), ["gmres_asm_ilu", "filtered_ilu", "filtered_amg", "direct"]);
-        let frictionless = names(Problem { symmetric: true, ..solid });
-        assert_eq!(frictionless, ["gmres_asm_ilu", "filtered_ilu", "cg_filtered_amg", "direct"]);
-        let ironing = names(Problem { dynamic: false, ..solid });
-        assert_eq!(ironing, ["gmres_asm_ilu", "filtered_ilu", "filtered_amg", "direct"]);
-        let on_a_plane = names(Problem { joins_bodies: false, ..solid });
-        assert_eq!(on_a_plane, ["gmres_asm_ilu", "filtered_amg", "direct"]);
-    }
-
-    /// Large problems with tied surfaces begin with multigrid, with contact and without.
-    #[test]
-    fn ties_ask_for_multigrid() {
+        assert_eq!(names(solid), ["gmres_asm_ilu", "filtered_ilu", "direct"]);
+        let rubber = Problem { nearly_incompressible: true, ..solid };
+        assert_eq!(names(rubber), names(solid));
+        assert_eq!(names(Problem { dynamic: false, ..rubber }), filtered);
         for problem in all_problems().filter(|problem| problem.tied && !problem.is_small()) {
-            let steps = ladder(&LinearChoice::Auto, &problem).unwrap();
-            assert!(steps[0].name.ends_with("filtered_amg"), "{problem:?}");
+            assert_eq!(names(problem), filtered, "{problem:?}");
         }
     }
 

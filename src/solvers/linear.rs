@@ -114,12 +114,11 @@ pub struct LinearSolver {
 impl LinearSolver {
     /// Number of iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
-    /// Number of iterations after which a preset counts as failed if filtered multigrid or a cheap
-    /// factorisation is next. That many cheap iterations cost as much as either of them on
+    /// Number of iterations after which a preset counts as failed if another preconditioner of the program or a
+    /// cheap factorisation is next. That many cheap iterations cost as much as either of them on
     /// first-order elements; on hex20 they cost more.
     const WORTHWHILE: usize = 200;
-    /// Number of iterations after which a preset counts as failed if `filtered_ilu` is next, or is in use
-    /// and multigrid is next.
+    /// Number of iterations after which a preset counts as failed if `filtered_ilu` is next.
     ///
     /// A set-up and a solve with `filtered_ilu` take as long as 30 to 80 iterations of `gmres_asm_ilu` on
     /// two boxes of 27 753 unknowns or more. With half of this number, boxes of 89 328 unknowns would
@@ -451,9 +450,7 @@ impl LinearSolver {
     fn most(&self) -> usize {
         let is_filtered_ilu = |preset: &Preset| preset.implementation == Implementation::FilteredIlu;
         match self.ladder.get(self.rung + 1) {
-            Some(next) if is_filtered_ilu(next) || next.is_own() && is_filtered_ilu(self.preset()) => {
-                Self::BESIDE_FILTERED_ILU
-            }
+            Some(next) if is_filtered_ilu(next) => Self::BESIDE_FILTERED_ILU,
             Some(next) if next.is_own() || self.prefers_factors && !next.iterative => Self::WORTHWHILE,
             _ => Self::MAX_ITERATIONS,
         }

@@ -35,6 +35,7 @@ mod zone_rows;
 
 pub use crate::presets::{PRESETS, Preset, Second};
 pub use augmented::Augmented;
+pub use coarse::CoarseSpace;
 pub use convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 pub use forcing::Forcing;
 pub use free_motion::FreeMotions;

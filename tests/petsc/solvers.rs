@@ -1,10 +1,12 @@
 //! Linear solvers on both matrix formats, in the combinations that the presets use.
 
 use crate::lattice::{Lattice, Local};
+use contact_petsc::dynamics::BodyNodes;
 use contact_petsc::petsc::{
-    Format, InitialGuess, KrylovSolver, LinearOutcome, Matrix, Reason, Reuse, Session, Symmetry, Vector,
-    residual_norm,
+    Format, InitialGuess, KrylovSolver, LinearOutcome, Matrix, Operator, Reason, Reuse, Session, Symmetry,
+    Vector, residual_norm,
 };
+use contact_petsc::solvers::CoarseSpace;
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -83,6 +85,9 @@ pub fn run() {
         failures_are_outcomes(&session, &local);
         preconditioner_is_kept_on_demand(&session, &local);
         closures_precondition(&session, &local);
+    }
+    for counts in [[40, 30, 1], [12, 12, 10]] {
+        coarse_space_has_rigid_motions(&session, counts);
     }
     one_basis_serves_each_body(&session);
     ranks_without_rows(&session);
@@ -308,4 +313,48 @@ fn ranks_without_rows(session: &Rc<Session>) {
             assert!(outcome.converged() && residual < 2e-10, "{} {format:?}", preset.name);
         }
     }
+}
+
+/// The coarse correction of `A u` is `u` itself for all rigid motions without the fixed nodes, on any number
+/// of aggregates and ranks, and applying it twice changes nothing.
+fn coarse_space_has_rigid_motions(session: &Rc<Session>, counts: [usize; 3]) {
+    let d = if counts[2] == 1 { 2 } else { 3 };
+    let lattice = Lattice { counts, dimension: d, skew: 0.3, cut: 0 };
+    let local = Local::new(session, lattice, &vec![1; session.size() as usize]);
+    let matrix = filled(session, &local, Format::Baij);
+    let coordinates = local.coordinates(session).owned().to_vec();
+    let nodes = BodyNodes { pattern: Rc::clone(&local.pattern), coordinates };
+    let mut coarse = CoarseSpace::new(session, &local.pattern, &nodes).unwrap().expect("aggregates");
+    coarse.project(&matrix).unwrap();
+    let mut corrected = |u: &Vector| {
+        let (mut r, mut z) = (u.like().unwrap(), u.like().unwrap());
+        matrix.multiply(u, &mut r).unwrap();
+        assert!(coarse.solve(&r, &mut z).unwrap());
+        z
+    };
+    let apart = |a: &Vector, b: &Vector| {
+        let mut difference = a.like().unwrap();
+        difference.copy_from(a).unwrap();
+        difference.axpy(-1.0, b).unwrap();
+        difference.norm().unwrap() / b.norm().unwrap()
+    };
+    let turns: &[(usize, usize)] = if d == 2 { &[(0, 1)] } else { &[(0, 1), (1, 2), (2, 0)] };
+    for mode in 0..d + turns.len() {
+        let motion = local.vector(session, |dof| {
+            let (node, i) = (dof / d, dof % d);
+            let at = lattice.point(node);
+            let value = match mode.checked_sub(d).map(|turn| turns[turn]) {
+                None => f64::from(u8::from(i == mode)),
+                Some((a, b)) if i == a => -at[b],
+                Some((a, b)) if i == b => at[a],
+                Some(_) => 0.0,
+            };
+            if lattice.held(node) { 0.0 } else { value }
+        });
+        let found = apart(&corrected(&motion), &motion);
+        assert!(found < 1e-9, "motion {mode} of {counts:?}: {found:.1e}");
+    }
+    let once = corrected(&right_hand_side(session, &local));
+    let found = apart(&corrected(&once), &once);
+    assert!(found < 1e-9, "{counts:?}: {found:.1e}");
 }

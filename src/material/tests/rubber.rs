@@ -267,3 +267,26 @@ fn wrong_rubbers_are_refused() {
         assert!(found.len() == 1 && found[0].contains(expected), "{law:?}: {found:?}");
     }
 }
+
+struct ShearEnergy(Square<f64, 3>);
+
+impl LawTask for ShearEnergy {
+    type Output = f64;
+    fn run<P: Law>(self, law: &P) -> f64 {
+        P::energy(&law.constants(Part::Shear), &self.0)
+    }
+}
+
+/// Another bulk modulus leaves the shear energy of every law as it is, also at large strain.
+#[test]
+fn bulk_moduli_can_be_exchanged() {
+    let grad_u = gradient::<3>(0.25, 3);
+    let of_table =
+        MATERIALS.iter().map(|entry| Material::with_moduli(entry.name, SAMPLE).expect("a law of the table"));
+    for law in of_table.chain(rubbers().into_iter().map(|(law, _)| law)) {
+        let softer = law.with_bulk_modulus(0.3 * law.moduli().bulk());
+        assert!((softer.moduli().bulk() / law.moduli().bulk() - 0.3).abs() < 1e-14, "{law:?}");
+        let [before, after] = [law, softer].map(|law| law.accept(ShearEnergy(grad_u)));
+        assert!((after / before - 1.0).abs() < 1e-13, "{law:?}: {before} and {after}");
+    }
+}
