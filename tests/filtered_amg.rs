@@ -446,17 +446,21 @@ fn coarse_space_keeps_iterations_few_on_1_2_4_ranks() {
     }
 }
 
-/// Nearly incompressible bodies with every treatment of locking, damped as well: the joined bodies have a
-/// smaller bulk modulus. With that of the material incomplete factors fail.
+/// Nearly incompressible bodies with mean dilatations of elements and of patches, damped and viscous ones: the
+/// joined bodies have a smaller bulk modulus. With that of the material incomplete factors fail.
 #[test]
 fn rubber_takes_few_iterations_on_1_3_ranks() {
     let damped = "kinematics: linear\n    damping: { rayleigh: { stiffness: 0.005 s } }";
     let slow = Scene { cfl: Some(50.0), ..COARSE };
+    let viscous = "kinematics: finite\n    viscoelasticity: { moduli: instantaneous, \
+                   prony: [{ share: 0.9, time: 0.001 }] }";
     for (scene, kinematics, ratio, most) in [
         (COARSE, "kinematics: finite", 0.49, 30.0),
         (COARSE, "kinematics: finite\n    locking: mean_dilatation", 0.499, 80.0),
         (COARSE, "kinematics: finite\n    locking: patch_dilatation", 0.499, 80.0),
         (slow, damped, 0.499, 80.0),
+        // The relaxed shear modulus is that of a ratio of 0.498.
+        (COARSE, viscous, 0.48, 80.0),
     ] {
         let ratio = format!("poisson_ratio: {ratio}");
         let text =

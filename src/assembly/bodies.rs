@@ -132,9 +132,9 @@ pub struct Bodies<const D: usize> {
     pub(super) mass: Option<MassMatrix>,
     /// Damping matrix; `None` without inertia or without damping.
     pub(super) damping: Option<DampingMatrix>,
-    /// The same for joined bodies, if it differs.
+    /// Damping matrix of joined bodies; `None` if it is `damping`.
     pub(super) joined_damping: Option<DampingMatrix>,
-    /// Whether it differs: damped bodies are nearly incompressible.
+    /// Whether joined bodies have a damping matrix of their own: a damped body is nearly incompressible.
     softens_damping: bool,
     pub(super) redistribution: Option<Redistribution>,
     pub(super) inertia: bool,
@@ -176,7 +176,7 @@ impl<const D: usize> Bodies<D> {
         let physics = physics(model);
         let softens_damping = physics.iter().flatten().any(|material| {
             let is_damped = material.damping.is_some_and(|rayleigh| rayleigh.stiffness > 0.0);
-            is_damped && material.formulation.is_softened()
+            is_damped && material.formulation.is_softened(material.relaxed())
         });
         let solids = agree(world, solids(&local, &physics, materials.indices(), &pattern, held))?;
         let patches = agree(world, patches(&local, &physics, &pattern, held))?;

@@ -50,7 +50,7 @@ pub fn patches<const D: usize>(
         let owns = |element: u32| element != ElementPatch::ELSEWHERE && local.mine[element as usize];
         let counted = (0..group.len()).map(|patch| owns(group.elements(patch)[0])).collect();
         Ok(SolidPatches {
-            softened: group.softened(),
+            softened: group.softened(physics.relaxed()),
             group,
             map,
             damping: physics.damping,

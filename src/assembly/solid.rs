@@ -31,7 +31,7 @@ pub struct SolidElements<const D: usize> {
     /// The kernel.
     pub group: ElementGroup<D>,
     /// The kernel for [joined bodies](super::stages::MatrixTarget::Joined) that are nearly incompressible;
-    /// `None` if it is the same.
+    /// `None` for others.
     pub softened: Option<ElementGroup<D>>,
     /// Positions of its entries.
     pub map: ScatterMap,
@@ -60,6 +60,13 @@ pub struct BodyPhysics {
     pub series: Option<Rc<PronySeries>>,
 }
 
+impl BodyPhysics {
+    /// Part of the shear modulus that remains when the viscous branches have relaxed.
+    pub fn relaxed(&self) -> f64 {
+        self.series.as_ref().map_or(1.0, |series| 1.0 + series.base())
+    }
+}
+
 /// Creates the solids of a rank: one group for each body, material and kind of element, with elements in
 /// local order. `materials` has the index of the material of each element among those of its body.
 ///
@@ -83,7 +90,7 @@ pub fn solids<const D: usize>(
         let physics = &bodies[usize::from(body)][material as usize];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;
         solids.push(SolidElements {
-            softened: group.softened(),
+            softened: group.softened(physics.relaxed()),
             group,
             map,
             mass: physics.mass,

@@ -26,25 +26,29 @@ pub struct Formulation {
 }
 
 impl Formulation {
-    /// Largest Poisson's ratio of [`softened`](Self::softened) formulations. ILU(0) of elements with more
-    /// fails: from 0.48 on for two boxes of hex8 with a ratio of 0.499. With 0.40 they take 1.35 times the
-    /// iterations of `filtered_ilu` at a ratio of 0.49 (docs/performance/large-problems.md).
+    /// Largest Poisson's ratio of [`softened`](Self::softened) formulations.
+    ///
+    /// With 0.48 in place of it solves with `filtered_ilu` of two boxes of hex8 at a ratio of 0.499 fail.
+    /// With 0.40 they take 1.36 times the iterations at 0.49 (docs/performance/large-problems.md).
     pub const SOFTENED: f64 = 0.47;
 
-    /// Whether the [softened](ElementGroup::softened) formulation is another one: that of Poisson's ratios above
-    /// [`SOFTENED`](Self::SOFTENED), except under plane stress, where the thickness is free.
-    pub fn is_softened(&self) -> bool {
-        self.moduli().poisson_ratio() > Self::SOFTENED && self.plane != PlaneState::Stress
+    /// Whether the [softened](ElementGroup::softened) formulation differs: that of Poisson's ratios above
+    /// [`SOFTENED`](Self::SOFTENED), except under plane stress, where the thickness is free. `relaxed` is the
+    /// part of the shear modulus that remains when viscous branches have relaxed.
+    pub fn is_softened(&self, relaxed: f64) -> bool {
+        let moduli = self.moduli();
+        let slow = Moduli { mu: relaxed * moduli.mu, ..moduli };
+        slow.poisson_ratio() > Self::SOFTENED && self.plane != PlaneState::Stress
     }
 
-    /// The formulation with the bulk modulus that belongs to a Poisson's ratio of [`SOFTENED`](Self::SOFTENED),
-    /// for elements of `kind`, whose treatment of locking stays. `None` if the ratio is no larger.
-    pub(super) fn softened(&self, kind: Option<ElementKind>) -> Option<Self> {
-        if !self.is_softened() {
+    /// The formulation with the bulk modulus that belongs to [`SOFTENED`](Self::SOFTENED) and the relaxed shear
+    /// modulus, for elements of `kind`, whose treatment of locking stays. `None` if it is no smaller.
+    pub(super) fn softened(&self, kind: Option<ElementKind>, relaxed: f64) -> Option<Self> {
+        if !self.is_softened(relaxed) {
             return None;
         }
         let moduli = self.moduli();
-        let lambda = 2.0 * moduli.mu * Self::SOFTENED / (1.0 - 2.0 * Self::SOFTENED);
+        let lambda = 2.0 * relaxed * moduli.mu * Self::SOFTENED / (1.0 - 2.0 * Self::SOFTENED);
         let bulk = Moduli { lambda, ..moduli }.bulk();
         let locking = kind.map_or(self.locking, |kind| self.cure(kind));
         Some(Self { material: self.material.with_bulk_modulus(bulk), locking, ..*self })
@@ -209,10 +213,11 @@ impl<const D: usize> ElementGroup<D> {
     }
 
     /// The same elements with a smaller bulk modulus, for matrices that are factorised incompletely: see
-    /// [`Formulation::SOFTENED`]. `None` if that of the material is no larger.
+    /// [`Formulation::SOFTENED`]. `None` if the material has no larger one. `relaxed` is the part of the shear
+    /// modulus that remains when viscous branches have relaxed.
     #[must_use]
-    pub fn softened(&self) -> Option<Self> {
-        let formulation = self.formulation.softened(Some(self.kind))?;
+    pub fn softened(&self, relaxed: f64) -> Option<Self> {
+        let formulation = self.formulation.softened(Some(self.kind), relaxed)?;
         Some(Self { formulation, ..self.clone() })
     }
 

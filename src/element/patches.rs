@@ -71,10 +71,11 @@ impl<const D: usize> PatchGroup<D> {
         Ok(group)
     }
 
-    /// The same patches with a smaller bulk modulus, as [`ElementGroup::softened`](super::ElementGroup::softened).
+    /// The same patches with a smaller bulk modulus, as
+    /// [`ElementGroup::softened`](super::ElementGroup::softened).
     #[must_use]
-    pub fn softened(&self) -> Option<Self> {
-        let formulation = self.formulation.softened(None)?;
+    pub fn softened(&self, relaxed: f64) -> Option<Self> {
+        let formulation = self.formulation.softened(None, relaxed)?;
         Some(Self { formulation, law: formulation.volume_law(), ..self.clone() })
     }
 

@@ -6,8 +6,8 @@
 use super::{BOTH, GMRES, Implementation, Preset};
 
 pub(super) const PRESET: Preset = Preset {
-    about: "GMRES with multigrid for the bodies and a factorisation of the nodes in contact: fewer \
-            iterations than `filtered_ilu`, at a higher cost of each",
+    about: "GMRES with multigrid for the bodies and a factorisation of the nodes in contact: mostly slower \
+            than `filtered_ilu`",
     formats: BOTH,
     multigrid: true,
     implementation: Implementation::FilteredAmg,

@@ -3,7 +3,6 @@
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
 use crate::dynamics::{Equations, KnownFriction};
-use crate::element::Formulation;
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
@@ -232,7 +231,7 @@ pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: 
     }
 }
 
-/// Whether a body has a Poisson's ratio above [`Formulation::SOFTENED`].
+/// Whether a body has a Poisson's ratio of [`Problem::STIFF`] or more.
 fn is_nearly_incompressible(case: &Case) -> bool {
     /// Rounding error of a Poisson's ratio that is recomputed from moduli.
     const ROUNDING: f64 = 1e-9;
@@ -241,7 +240,7 @@ fn is_nearly_incompressible(case: &Case) -> bool {
         std::iter::once(body.material).chain(of_regions)
     });
     !case.is_plane_stress()
-        && materials.into_iter().any(|law| law.moduli().poisson_ratio() > Formulation::SOFTENED + ROUNDING)
+        && materials.into_iter().any(|law| law.moduli().poisson_ratio() >= Problem::STIFF - ROUNDING)
 }
 
 /// Matrix format that the linear solvers require. It has scalar rows if the user names a

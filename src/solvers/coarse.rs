@@ -61,8 +61,8 @@ impl CoarseSpace {
     ///
     /// In 3D with 60, two boxes of 27 753 and 89 328 unknowns take 0.81 to 0.85 times the iterations and
     /// 0.93 times the time at CFL 50. With 600 they take 1.15 to 1.19 times the iterations. The coarse
-    /// matrix has 1 % of the unknowns, with 60 nodes 3.3 %. In 2D, boxes of 502 002 unknowns in statics
-    /// take 1.23 times the iterations with 200, and 0.86 times with 60. Set-up and solve take 0.94 and
+    /// matrix has 1 % of the unknowns, with 60 nodes 3.3 %. In 2D, boxes of 502 502 unknowns in statics
+    /// take 1.23 times the iterations with 200, and 0.86 times with 60. Set-up and solve take 0.92 and
     /// 1.15 times as long (docs/performance/large-problems.md).
     const NODES: [usize; 2] = [100, 200];
     /// Smallest component of the mesh that gets aggregates: one element of hex8. The node of a free rigid

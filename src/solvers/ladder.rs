@@ -44,19 +44,25 @@ pub struct Problem {
     pub joins_bodies: bool,
     /// Whether it includes tied surfaces. Incomplete factors do not converge on their stiffness.
     pub tied: bool,
-    /// Whether a body has a Poisson's ratio above [`Formulation::SOFTENED`](crate::element::Formulation::SOFTENED).
-    /// Incomplete factors of its matrix fail.
+    /// Whether a body has a Poisson's ratio of [`STIFF`](Self::STIFF) or more. Incomplete factors of its
+    /// matrix fail.
     pub nearly_incompressible: bool,
     /// Format of the matrix; `None` if it is still to be chosen.
     pub format: Option<Format>,
 }
 
 impl Problem {
+    /// Poisson's ratio from which on incomplete factors of the matrix itself fail.
+    ///
+    /// A block of hex8 on a plane, 14 553 unknowns, takes 43 iterations of `gmres_asm_ilu` in statics at
+    /// 0.48, half the time of `filtered_ilu`. At 0.49 it fails (docs/performance/large-problems.md).
+    pub const STIFF: f64 = 0.49;
+
     /// Whether the problem is small enough to use a factorisation first.
     ///
-    /// In 3D statics a factorisation of fewer unknowns takes no longer than the iterations after which
-    /// incomplete factors count as failed: with MUMPS a cube on a plane took 21 ms for 2187 unknowns, 39 ms for
-    /// 3993 and 340 ms for 14 739, and 200 iterations 17, 30 and 140 ms.
+    /// In 3D statics a factorisation of fewer unknowns takes little longer than the iterations after which
+    /// incomplete factors count as failed: with MUMPS a cube on a plane took 21 ms for 2187 unknowns, 39 ms
+    /// for 3993 and 340 ms for 14 739, and 200 iterations 17, 30 and 140 ms.
     fn is_small(&self) -> bool {
         self.unknowns
             < match (self.dimension, self.dynamic) {
@@ -66,9 +72,11 @@ impl Problem {
             }
     }
 
-    /// Whether a factorisation takes little enough time to replace a solver that needs many iterations.
+    /// Whether a factorisation takes little enough time to replace a solver that needs 200 iterations.
     ///
-    /// In 2D it also follows incomplete factors that fail. A pad of 40 602 unknowns on a plane, in two time
+    /// In 3D two boxes of 27 753 unknowns with a Poisson's ratio of 0.499 take 94 iterations of
+    /// `filtered_ilu` and 2.2 s per solve, and 5.1 s with MUMPS. In 2D a factorisation also follows
+    /// incomplete factors that fail. A pad of 40 602 unknowns on a plane, in two time
     /// steps, took 1.5 s with MUMPS and 1.3 s with `filtered_amg`. At a Poisson's ratio of 0.49 a block of
     /// 26 082 unknowns took 0.14 s per solve with MUMPS in statics, 0.18 s at CFL 50 and 0.10 s at CFL 5, with
     /// `filtered_ilu` 0.58, 0.43 and 0.14 s (docs/performance/large-problems.md).
@@ -109,7 +117,8 @@ impl Problem {
         // A preconditioner with its own matrices cannot be nested.
         let plain =
             |name: &&&str| Preset::named(name).is_some_and(|preset| preset.symmetric && !preset.is_own());
-        names.copied().find(|name| plain(&name)).unwrap_or("cg_icc")
+        let fails = self.nearly_incompressible && self.prefers_factors();
+        names.copied().find(|name| plain(&name)).unwrap_or(if fails { "cholesky" } else { "cg_icc" })
     }
 
     fn stores(&self, preset: &Preset) -> bool {
@@ -255,7 +264,9 @@ mod tests {
         assert_eq!(names(solid), ["gmres_asm_ilu", "filtered_ilu", "direct"]);
         let rubber = Problem { nearly_incompressible: true, ..solid };
         assert_eq!(names(rubber), names(solid));
-        assert_eq!(names(Problem { dynamic: false, ..rubber }), filtered);
+        let pressed = Problem { dynamic: false, unknowns: 49_999, ..rubber };
+        assert_eq!(names(pressed), filtered);
+        assert_eq!(LinearChoice::Auto.stages(&pressed).inner, Some("cholesky"));
         for problem in all_problems().filter(|problem| problem.tied && !problem.is_small()) {
             assert_eq!(names(problem), filtered, "{problem:?}");
         }

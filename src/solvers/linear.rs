@@ -114,8 +114,7 @@ pub struct LinearSolver {
 impl LinearSolver {
     /// Number of iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
-    /// Number of iterations after which a preset counts as failed if another preconditioner of the program or a
-    /// cheap factorisation is next. That many cheap iterations cost as much as either of them on
+    /// Number of iterations after which a preset counts as failed if a cheap factorisation is next. That many cheap iterations cost as much as either of them on
     /// first-order elements; on hex20 they cost more.
     const WORTHWHILE: usize = 200;
     /// Number of iterations after which a preset counts as failed if `filtered_ilu` is next.
@@ -450,8 +449,8 @@ impl LinearSolver {
     fn most(&self) -> usize {
         let is_filtered_ilu = |preset: &Preset| preset.implementation == Implementation::FilteredIlu;
         match self.ladder.get(self.rung + 1) {
-            Some(next) if is_filtered_ilu(next) => Self::BESIDE_FILTERED_ILU,
-            Some(next) if next.is_own() || self.prefers_factors && !next.iterative => Self::WORTHWHILE,
+            Some(next) if is_filtered_ilu(next) && !self.preset().is_own() => Self::BESIDE_FILTERED_ILU,
+            Some(next) if self.prefers_factors && !next.iterative => Self::WORTHWHILE,
             _ => Self::MAX_ITERATIONS,
         }
     }
