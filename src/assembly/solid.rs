@@ -30,7 +30,7 @@ pub enum MassKind {
 pub struct SolidElements<const D: usize> {
     /// The kernel.
     pub group: ElementGroup<D>,
-    /// The kernel for [joined bodies](super::stages::MatrixTarget::Joined) that are nearly incompressible;
+    /// The kernel for joined bodies that are nearly incompressible;
     /// `None` for others.
     pub softened: Option<ElementGroup<D>>,
     /// Positions of its entries.

@@ -26,7 +26,7 @@ pub struct Formulation {
 }
 
 impl Formulation {
-    /// Largest Poisson's ratio of [`softened`](Self::softened) formulations.
+    /// Largest Poisson's ratio of [softened](ElementGroup::softened) formulations.
     ///
     /// With 0.48 in place of it solves with `filtered_ilu` of two boxes of hex8 at a ratio of 0.499 fail.
     /// With 0.40 they take 1.36 times the iterations at 0.49 (docs/performance/large-problems.md).
