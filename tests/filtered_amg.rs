@@ -408,7 +408,7 @@ fn incomplete_factors_of_joined_bodies_on_1_2_4_8_ranks() {
 }
 
 /// A cycle that does not converge fails, and the incomplete factors that follow have matrices of their
-/// own.
+/// own. A cycle that is slow may take more than the 100 iterations of cheaper solvers.
 #[test]
 fn incomplete_factors_follow_multigrid_on_1_2_ranks() {
     let expected = COARSE.solved("direct", 1, &[]);
@@ -419,6 +419,22 @@ fn incomplete_factors_follow_multigrid_on_1_2_ranks() {
         assert!(found.counted("CoarseMatrix", 1) >= 1.0, "{ranks} ranks");
         let apart = found.apart(&expected);
         assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+    }
+    let slow = COARSE.solved("filtered_amg", 1, &["-bulk_pc_type", "none"]).without_help();
+    assert!(slow.most() > 100.0, "{}", slow.most());
+}
+
+/// In 3D statics `auto` begins with the filtered factors where incomplete factors alone fail.
+#[test]
+fn rubber_begins_with_filtered_factors() {
+    for (ratio, first) in
+        [("0.48", "gmres_asm_ilu, then filtered_ilu"), ("0.49", "filtered_ilu, then direct")]
+    {
+        let folder = Folder::new("filtered");
+        let text = Scene { cells: 12, ..COARSE }.text();
+        folder.write("case.yml", &text.replace("poisson_ratio: 0.3", &format!("poisson_ratio: {ratio}")));
+        let said = run(1, &["check", "case.yml"], &folder).success().stdout;
+        assert!(said.contains(&format!("linear solver: {first}")), "{ratio}: {said}");
     }
 }
 

@@ -247,8 +247,15 @@ impl<const D: usize> Bodies<D> {
         }
         if self.damped {
             let matrix = |softened| {
-                let (session, solids, patches) = (&self.session, &self.solids, &self.patches);
-                DampingMatrix::new(session, pattern, solids, patches, &supported, redistribution, softened)
+                DampingMatrix::new(
+                    &self.session,
+                    pattern,
+                    &self.solids,
+                    &self.patches,
+                    &supported,
+                    redistribution,
+                    softened,
+                )
             };
             let joined = if self.softens_damping { Some(matrix(true)?) } else { None };
             self.damping = Some(matrix(false)?);

@@ -30,8 +30,7 @@ pub enum MassKind {
 pub struct SolidElements<const D: usize> {
     /// The kernel.
     pub group: ElementGroup<D>,
-    /// The kernel for joined bodies that are nearly incompressible;
-    /// `None` for others.
+    /// The kernel in matrices of joined bodies; `None` if the material is not nearly incompressible.
     pub softened: Option<ElementGroup<D>>,
     /// Positions of its entries.
     pub map: ScatterMap,

@@ -32,7 +32,9 @@ pub trait MultigridHints: Resumption {
     /// system's pattern. Symmetric. Collective.
     ///
     /// The springs have the stiffness of `K_CN` and `K_T`, but are at most as stiff as the elements
-    /// beneath them. They are softer at points without friction. Ties are at most as stiff as well.
+    /// beneath them. They are softer at points without friction. Ties are at most as stiff as well. Nearly
+    /// incompressible bodies have a smaller bulk modulus
+    /// ([`Formulation::SOFTENED`](crate::element::Formulation::SOFTENED)).
     ///
     /// # Errors
     /// If a PETSc call fails.

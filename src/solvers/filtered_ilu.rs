@@ -19,6 +19,9 @@
 //! joints would answer a force of the penalty by large motions of both sides, and W would repair
 //! those of one.
 //!
+//! ILU(0) of nearly incompressible bodies fails, so in A they have a smaller bulk modulus. The iterations
+//! then grow with the bulk modulus.
+//!
 //! All factors are made and kept together. The diagonal blocks of `K` show when they no longer fit
 //! ([`super::diagonal`]). If the factors are made again while the tangent is kept, A and W are those of
 //! the present iterate.
